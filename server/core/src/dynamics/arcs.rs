@@ -1,8 +1,9 @@
-//! The arcs that points of bodies go along while velocities are constant: what a step moves a point by beside its velocity.
+//! Arcs of points on bodies at constant velocities: the second-order displacement of a step.
 //!
-//! A step moves a point of a body by h v + h²/2 a, to second order, where v is its new velocity and a = J' qd its acceleration with
-//! constant qd (Featherstone eq. 2.45, 3.42): the joints' velocity products c, carried to the point, and w x v, which makes a spatial
-//! acceleration that of a point. A free body's origin goes straight on, so its own w x v is taken off.
+//! A step moves a point of a body by h v + h²/2 a, to second order. v is its new velocity, and a = J' qd its
+//! acceleration with constant qd (Featherstone eq. 2.45, 3.42). One part of it are the joints' velocity
+//! products c, carried to the point. The other is w x v, which converts a spatial acceleration to a point's.
+//! A free body's origin moves in a straight line, so its own w x v is subtracted.
 
 use glamx::DVec3;
 
@@ -11,7 +12,7 @@ use super::scratch::BodyScratch;
 use super::spatial::Spatial;
 use super::tree::{JointType, Tree};
 
-/// The acceleration of a point of a body with constant velocities, m/s²; base axes. Needs kinematics.
+/// Returns the acceleration of a point of a body with constant velocities, m/s²; base axes. Needs kinematics.
 pub(super) fn arc(tree: &Tree, bodies: &[BodyScratch], body: usize, point: DVec3) -> DVec3 {
     let at = &bodies[body];
     let mut sum = of_point(at.velocity, point - at.origin);
@@ -28,19 +29,20 @@ pub(super) fn arc(tree: &Tree, bodies: &[BodyScratch], body: usize, point: DVec3
     sum
 }
 
-/// w x v of a point that is `arm` away from where the velocity is that of.
+/// Returns w x v of a point at `arm` from the point that `velocity` belongs to.
 #[inline(always)]
 pub(super) fn of_point<R: Real>(velocity: Spatial<R>, arm: R::Vector) -> R::Vector {
     velocity.angular.cross(velocity.linear + velocity.angular.cross(arm))
 }
 
-/// The linear part of a spatial acceleration at a point that is `arm` away.
+/// Returns the linear part of a spatial acceleration at a point `arm` away.
 #[inline(always)]
 pub(super) fn carried<R: Real>(acceleration: Spatial<R>, arm: R::Vector) -> R::Vector {
     acceleration.linear + acceleration.angular.cross(arm)
 }
 
-/// What a free joint with this velocity takes off, so that its origin goes straight on.
+/// Returns the term that a free joint with this velocity subtracts, so that its origin moves in a straight
+/// line.
 #[inline(always)]
 pub(super) fn straight<R: Real>(own: Spatial<R>) -> R::Vector {
     own.angular.cross(own.linear)

@@ -1,4 +1,4 @@
-//! The state of one robot, and its step.
+//! State of one robot, and its step.
 
 pub(super) mod balance;
 mod body_state;
@@ -36,70 +36,72 @@ pub use body_state::BodyState;
 pub(in crate::dynamics) use saturation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
 pub use soundness::LARGEST_STATE;
 
-/// One robot: how it is built, where it is and how it moves, and the scratch of its step.
+/// One robot: its structure, its state, and the scratch of its step.
 ///
-/// Vectors are as long as the tree says: positions, and velocities with all that is
-/// aligned with them. A free root comes first.
+/// Vectors have the lengths of the tree: positions, and velocities with everything aligned to them. A free
+/// root comes first.
 #[derive(Debug)]
 pub struct Articulation {
-    /// Robots of one model share it. Passes borrow it and take no count: threads that step two such robots would take the line
-    /// with that count from each other, and where the tree's lists are with it.
+    /// Structure, shared by robots of one model. Passes borrow it and never clone the `Arc`. Otherwise
+    /// threads that step two such robots would contend for its count's cache line, which also holds the
+    /// tree's lists.
     tree: Arc<Tree>,
     state: BodyState,
     scratch: StepScratch,
 }
 
-/// What a step computes. It means nothing between steps.
+/// Results of a step, without meaning between steps.
 #[derive(Debug)]
 struct StepScratch {
     new_velocities: Vec<f64>,
     constraints: Constraints,
     passes: Scratch,
     integrator: Integrator,
-    /// A limit acted in this step.
+    /// Whether a limit acted in this step.
     is_held: bool,
-    /// A constraint between links did.
+    /// Whether a constraint between links acted.
     is_linked: bool,
-    /// A contact did.
+    /// Whether a contact acted.
     is_touched: bool,
-    /// Dry friction or a limit began or ended to hold in this step, or an actuator came to its effort limit or left it.
+    /// Whether dry friction or a limit began or ceased to hold in this step, or an actuator reached or left
+    /// its effort limit.
     is_kinked: bool,
-    /// Forces from outside have jumped before this step.
+    /// Whether external forces jumped before this step.
     meets_jump: bool,
-    /// Of each actuator's gains what is left; see [`Drive::weaken`].
+    /// Remaining part of each actuator's gains; see [`Drive::weaken`].
     parts: Vec<f64>,
-    /// Some are less than one.
+    /// Whether some of `parts` are less than one.
     is_weakened: bool,
-    /// Of an impulse.
+    /// Response to an impulse.
     response: Vec<f64>,
-    /// The split velocities of this step, which put positions right; empty where nothing did.
+    /// Split velocities of this step, which correct positions; empty if there are none.
     split: Vec<f64>,
-    /// Of a single body whose position was put right, m/s.
+    /// Velocity of the position correction of a single body, m/s.
     shift: DVec3,
-    /// Positions that are looked at, and bodies in them.
+    /// Predicted positions, and the bodies at them.
     ahead: Vec<f64>,
     bodies_ahead: Vec<BodyScratch>,
-    /// Of gravity compensation.
+    /// Subtree masses for gravity compensation.
     subtrees: Vec<SubtreeMass>,
-    /// Of a robot that is a single free body.
+    /// Inertia of a robot that is a single free body.
     free_body: Option<FreeBody>,
-    /// How that goes through the step without constraints.
+    /// Motion of the free body through the step without constraints.
     drift: Drift,
     velocity_terms: VelocityTerms,
-    /// What resists the turning of a single free body beside its own moment, base axes; none before
-    /// [`Articulation::stiffen`] says so.
+    /// Resistance to turning of a single free body beside its own moment, base axes; zero before
+    /// [`Articulation::stiffen`] sets it.
     stiffening: Symmetric,
 }
 
 impl Articulation {
-    /// A robot at rest with its root at `world_from_root` and its joints at
-    /// `positions`, which are those of the joints alone; passive.
+    /// Creates a passive robot at rest with its root at `world_from_root` and its joints at `positions`,
+    /// which exclude a free root's.
     pub fn new(tree: Arc<Tree>, world_from_root: DPose3, axes: Vec<Axis>, positions: &[f64]) -> Self {
         let state = BodyState::new(&tree, world_from_root, axes, positions);
         Self::with_state(tree, state)
     }
 
-    /// A robot in a state of its tree.
+    /// Creates a robot with a state of its tree.
     pub fn with_state(tree: Arc<Tree>, state: BodyState) -> Self {
         let free_body = match &tree.bodies[..] {
             [body] if matches!(body.joint_type, JointType::Free { .. }) && !tree.fixed_base => {
@@ -141,18 +143,18 @@ impl Articulation {
         Self { tree, state, scratch }
     }
 
-    /// Advances by `h` seconds, touching nothing.
+    /// Advances by `h` seconds, without contacts.
     ///
-    /// 1. [`update_kinematics`](Self::update_kinematics): where bodies are and how they move.
-    /// 2. [`start`](Self::start): each actuator's law for this step; articulated inertias,
-    ///    accelerations, and so the new velocities, which in leapfrog are those in the middle of the step.
-    /// 3. [`solve_alone`](Self::solve_alone): constraints change the new velocities; an actuator
-    ///    whose effort at these velocities would exceed its limit applies the limit, and the new
-    ///    velocities are found again. Robots that touch are solved together instead, by
-    ///    [`Island`](super::island::Island).
-    /// 4. [`finish`](Self::finish): positions follow the new velocities.
+    /// 1. [`update_kinematics`](Self::update_kinematics): poses and velocities of bodies.
+    /// 2. [`start`](Self::start): each actuator's law for this step, articulated inertias and accelerations.
+    ///    They give the new velocities; in leapfrog these belong to the middle of the step.
+    /// 3. [`solve_alone`](Self::solve_alone): constraints change the new velocities. An actuator whose effort
+    ///    would exceed its limit applies the limit, and the new velocities are computed again. Robots that
+    ///    touch are solved together instead, by [`Island`](super::island::Island).
+    /// 4. [`finish`](Self::finish): integrates positions with the new velocities.
     ///
-    /// Allocates nothing once the constraints have had their largest size, and something has spun fast if it will.
+    /// Allocates nothing once the constraints have reached their largest size, and fast spins have occurred
+    /// if they ever do.
     pub fn step(&mut self, gravity: DVec3, h: f64, integrator: Integrator) {
         self.update_kinematics();
         self.start(gravity, h, integrator);
@@ -160,7 +162,7 @@ impl Articulation {
         self.finish(gravity, h);
     }
 
-    /// Where bodies are and how they move.
+    /// Computes poses and velocities of all bodies.
     pub fn update_kinematics(&mut self) {
         update_kinematics(
             &self.tree,
@@ -170,8 +172,8 @@ impl Articulation {
         );
     }
 
-    /// Takes each actuator's law for the step, finds the new velocities without constraints, and
-    /// the rows of joints.
+    /// Determines each actuator's law for the step, the new velocities without constraints, and the rows of
+    /// joints.
     pub fn start(&mut self, gravity: DVec3, h: f64, integrator: Integrator) {
         self.begin_leapfrog(integrator);
         self.set_drives(gravity, h);
@@ -180,7 +182,7 @@ impl Articulation {
         self.collect_rows(h);
     }
 
-    /// Finds the rows of joints for the new velocities.
+    /// Collects the rows of joints for the new velocities.
     fn collect_rows(&mut self, h: f64) {
         let Self { tree, state, scratch } = self;
         let StepScratch { new_velocities, constraints, .. } = scratch;
@@ -188,7 +190,7 @@ impl Articulation {
         collect(tree, &state.axes, moved, &state.impulses, h, constraints);
     }
 
-    /// Makes the new velocities keep to the rows of joints.
+    /// Makes the new velocities satisfy the rows of joints.
     pub fn solve_alone(&mut self, gravity: DVec3, h: f64) {
         let is_floating = self.scratch.integrator == Integrator::Leapfrog && self.is_floating();
         for round in 0..MAX_ROUNDS {
@@ -207,13 +209,13 @@ impl Articulation {
         }
     }
 
-    /// Makes the new velocities keep to the rows.
+    /// Makes the new velocities satisfy the rows.
     fn solve_rows(&mut self) {
         let StepScratch { new_velocities, constraints, passes, .. } = &mut self.scratch;
         solve(&self.tree, &self.state.positions, constraints, passes, new_velocities);
     }
 
-    /// Moves on with the new velocities.
+    /// Integrates positions with the new velocities.
     pub fn finish(&mut self, gravity: DVec3, h: f64) {
         self.note_efforts(h);
         self.note_changes(gravity, h);
@@ -231,7 +233,7 @@ impl Articulation {
         self.take_new_velocities(gravity, h);
     }
 
-    /// Moves setpoints on, and takes each actuator's law for the step.
+    /// Advances setpoints, and determines each actuator's law for the step.
     fn set_drives(&mut self, gravity: DVec3, h: f64) {
         let Self { tree, state, scratch } = self;
         let StepScratch { passes, subtrees, is_weakened, .. } = scratch;
@@ -247,7 +249,7 @@ impl Articulation {
             axis.advance_setpoint(h);
             *drive = axis.drive(h);
             any_compensates |= is_compensated(axis);
-            // An actuator that saturated in the last step mostly does in this one.
+            // An actuator that saturated in the last step mostly saturates in this one.
             drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
         }
         if any_compensates {
@@ -257,7 +259,7 @@ impl Articulation {
         }
     }
 
-    /// Second and third pass: the new velocities without constraints.
+    /// Second and third pass: computes the new velocities without constraints.
     pub(super) fn predict(&mut self, gravity: DVec3, h: f64) {
         let tree = &*self.tree;
         self.scratch.stiffening = Symmetric::ZERO;
@@ -288,8 +290,8 @@ impl Articulation {
         }
     }
 
-    /// Where a body is and how it moves, as [`update_kinematics`](Self::update_kinematics) found: its origin, axes and
-    /// velocity of the origin, world.
+    /// Returns the pose of a body and the velocity of its origin in the world, as computed by
+    /// [`update_kinematics`](Self::update_kinematics).
     pub fn body_motion(&self, body: usize) -> BodyMotion {
         let at = &self.scratch.passes.bodies[body];
         let turn = self.state.base.rotation;
@@ -301,13 +303,12 @@ impl Articulation {
         }
     }
 
-    /// The new velocities, as far as they are found.
+    /// Returns the new velocities computed so far.
     pub(super) fn new_velocities_mut(&mut self) -> &mut [f64] {
         &mut self.scratch.new_velocities
     }
 
-    /// Forgets what the last step left for the next one to start from: warm-start
-    /// impulses, saturation, efforts.
+    /// Clears what the next step would start from: warm-start impulses, saturation, efforts.
     pub fn forget_last_step(&mut self) {
         self.state.impulses = Impulses::new(&self.tree);
         self.state.drives.fill(Drive::default());
@@ -315,8 +316,8 @@ impl Articulation {
         self.state.forget_last_step();
     }
 
-    /// The change of all velocities by a unit impulse at the joint of a body, as the last
-    /// step's factorisation has it: a column of (M + h K_d + h^2 K_p)^-1.
+    /// Returns the change of all velocities by a unit impulse at the joint of a body, a column of (M + h K_d
+    /// + h^2 K_p)^-1. Uses the last step's factorisation.
     pub fn response(&mut self, body: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.state.velocities.len()];
         let tree = Arc::clone(&self.tree);
@@ -324,9 +325,9 @@ impl Articulation {
         out
     }
 
-    /// What the actuators of the last step add to the diagonal of M, by velocity:
-    /// armature + h (kd + damping) + h^2 kp, the latter as far as each joint's
-    /// [`Implicitness`](super::integrator::Implicitness) goes; 0 for free bodies.
+    /// Returns what the actuators of the last step add to the diagonal of M, by velocity: armature + h (kd +
+    /// damping) + h^2 kp. The springs and dampers count as far as each joint's
+    /// [`Implicitness`](super::integrator::Implicitness) says; 0 for free bodies.
     pub fn resistance(&self, h: f64) -> Vec<f64> {
         let mut resistance = vec![0.0; self.tree.velocity_count];
         for (body, at) in self.tree.bodies.iter().zip(&self.scratch.passes.bodies) {
@@ -344,7 +345,7 @@ impl Articulation {
         set_default_gains(&self.tree, &self.state.positions, &mut self.state.axes);
     }
 
-    /// Makes a joint hold the position that it has.
+    /// Makes a joint hold its position.
     pub fn hold(&mut self, body: usize) {
         let velocity = self.tree.bodies[body].velocity;
         let position = self.tree.position_of_axis(body, &self.state.positions);
@@ -353,8 +354,8 @@ impl Articulation {
     }
 }
 
-/// [`Articulation::set_drives`] for a body of a ball joint: all three with the first. Nothing for a free one. Says whether its actuator
-/// compensates gravity.
+/// Like [`Articulation::set_drives`], for a body of a ball joint: sets all three axes at the first. Does
+/// nothing for a free body. Returns whether the actuator compensates gravity.
 #[inline(never)]
 fn set_ball_drives(state: &mut BodyState, body: &Body, h: f64) -> bool {
     let JointType::Spherical { axis } = body.joint_type else { return false };

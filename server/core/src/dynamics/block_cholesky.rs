@@ -1,61 +1,61 @@
-//! A symmetric positive definite matrix of blocks, sparse, as L' D L.
+//! Symmetric positive definite matrix of blocks, sparse, as L' D L.
 //!
-//! Rows and columns are grouped into nodes, the robots of an island; two nodes share a block where they touch. Nodes are
-//! eliminated in the order of least degree (George and Liu, "The evolution of the minimum degree ordering
-//! algorithm" (1989)), so that a chain or a tree of nodes has no blocks that it did not begin with.
+//! Rows and columns are grouped into nodes, the robots of an island. Two nodes share a block if they touch.
+//! Nodes are eliminated in the order of least degree (George and Liu, "The evolution of the minimum degree
+//! ordering algorithm" (1989)). A chain or a tree of nodes therefore gets no additional blocks.
 //!
-//! Within a node, a row has numbers for the rows that are its ancestors in a tree, and no others: the velocities that are nearer
-//! to the root. Eliminated from the leaves on, it gets no others (Featherstone, section 6.5). That ends where a node
-//! that was eliminated before has joined its branches; then each row is the child of the one before it.
+//! Within a node, a row has entries only for its ancestors in a tree: the velocities nearer to the root.
+//! Elimination from the leaves adds no others (Featherstone, section 6.5). This ends as soon as a previously
+//! eliminated node has joined its branches; then each row is the child of the one before it.
 
 mod branches;
 
 pub(in crate::dynamics) use branches::dot;
 use branches::{Branches, subtract_multiple};
 
-/// Nodes at the most.
+/// Maximum number of nodes.
 pub const MOST_NODES: usize = 256;
 
-/// What has no parent.
+/// Parent of a row without one.
 const ROOT: usize = usize::MAX;
 
-/// A set of nodes.
+/// Set of nodes, one bit each.
 type Set = [u64; MOST_NODES / 64];
 
-/// The matrix, then its factors; and the memory for both, kept from one to the next.
+/// The matrix, then its factors, with memory that is reused.
 #[derive(Debug, Default)]
 pub struct BlockCholesky {
-    /// How long each node is, and where its rows begin.
+    /// Number of rows of each node, and the first row of each.
     sizes: Vec<usize>,
     firsts: Vec<usize>,
-    /// Of each row, the row of its node that is its parent, or [`ROOT`].
+    /// Parent of each row: a row of its node, or [`ROOT`].
     parents: Vec<usize>,
-    /// Of each row, the first one of those that end with it and are each the parent of the next.
+    /// First row of the run that ends with each row, in which each is the parent of the next.
     heads: Vec<usize>,
     /// Nodes whose branches are joined.
     is_joined: Vec<bool>,
-    /// Of each node, those it shares a block with; while ordering, those that elimination joins it with.
+    /// Nodes with which each node shares a block; while ordering, also those that elimination joins it with.
     neighbours: Vec<Set>,
-    /// Of each node, the rows of its neighbours that are left.
+    /// Number of remaining rows of each node's neighbours.
     degrees: Vec<usize>,
-    /// Nodes as they are eliminated, and the index of each in that order.
+    /// Nodes in the order of elimination, and the index of each in that order.
     order: Vec<usize>,
     ranks: Vec<usize>,
-    /// For each node in that order, the nodes below its diagonal block, in their order; one list after the other.
+    /// For each node in that order, the nodes below its diagonal block in their order, as concatenated lists.
     below: Vec<usize>,
     ends: Vec<usize>,
-    /// Where the block of two nodes begins, by the later one's and the earlier one's index.
+    /// Offset of the block of two nodes, by the later one's and the earlier one's index.
     offsets: Vec<usize>,
-    /// Blocks of a node: the diagonal one, then those below; row by row.
+    /// Blocks of each node, row by row: the diagonal one, then those below.
     values: Vec<f64>,
-    /// D of each row, inverted.
+    /// Inverse of D of each row.
     inverse_diagonal: Vec<f64>,
-    /// L D of the blocks below the diagonal one that is eliminated.
+    /// L D of the blocks below the diagonal block that is being eliminated.
     scaled: Vec<f64>,
 }
 
 impl BlockCholesky {
-    /// Begins a matrix without blocks but those of the diagonal, with nodes of so many rows.
+    /// Begins a matrix with nodes of these sizes and only diagonal blocks.
     pub fn begin(&mut self, sizes: impl Iterator<Item = usize>) {
         let Self { sizes: own, firsts, parents, is_joined, .. } = self;
         own.clear();
@@ -72,19 +72,19 @@ impl BlockCholesky {
         self.neighbours.resize(self.sizes.len(), Set::default());
     }
 
-    /// Says that the rows of a node are a tree: the parent of each, which comes before it.
+    /// Sets the tree of a node's rows: the parent of each, which comes before it.
     pub fn set_tree(&mut self, node: usize, parents: impl Iterator<Item = Option<usize>>) {
         let own = &mut self.parents[self.firsts[node]..][..self.sizes[node]];
         own.iter_mut().zip(parents).for_each(|(own, parent)| *own = parent.unwrap_or(ROOT));
         self.is_joined[node] = false;
     }
 
-    /// Says that the tree of a node has no use, since its branches are joined.
+    /// Discards the tree of a node, since its branches are joined.
     pub fn join_branches(&mut self, node: usize) {
         self.is_joined[node] = true;
     }
 
-    /// Says that two nodes share a block.
+    /// Declares that two nodes share a block.
     pub fn join(&mut self, a: usize, b: usize) {
         if a != b {
             insert(&mut self.neighbours[a], b);
@@ -92,8 +92,9 @@ impl BlockCholesky {
         }
     }
 
-    /// Finds the order of elimination; blocks mean nothing then until they are [cleared](Self::clear). How many
-    /// multiplications a factorisation takes, roughly; `None` beyond `most`, and then there is no plan.
+    /// Computes the order of elimination. Blocks are undefined until they are [cleared](Self::clear). Returns
+    /// the approximate number of multiplications of a factorisation; `None`, without a plan, if it exceeds
+    /// `most`.
     pub fn plan(&mut self, most: usize) -> Option<usize> {
         let Self { sizes, is_joined, neighbours, degrees, order, ranks, below, ends, .. } = self;
         let count = sizes.len();
@@ -170,19 +171,20 @@ impl BlockCholesky {
         inverse_diagonal.resize(rows, 0.0);
     }
 
-    /// Makes all blocks zero.
+    /// Sets all blocks to zero.
     pub fn clear(&mut self) {
         self.values.fill(0.0);
     }
 
-    /// The block of a node with itself, row by row; only what is on and below its diagonal is read, and of that only columns
-    /// of ancestors.
+    /// Returns the diagonal block of a node, row by row. Only entries on and below its diagonal are read, and
+    /// of those only columns of ancestors.
     pub fn diagonal_mut(&mut self, node: usize) -> &mut [f64] {
         let at = self.offsets[node * self.sizes.len() + node];
         &mut self.values[at..at + self.sizes[node] * self.sizes[node]]
     }
 
-    /// The block of two nodes that were [joined](Self::join), row by row; and whether its rows are the second's.
+    /// Returns the block of two nodes that were [joined](Self::join), row by row, and whether its rows belong
+    /// to the second one.
     pub fn block_mut(&mut self, a: usize, b: usize) -> (&mut [f64], bool) {
         let is_swapped = self.ranks[a] < self.ranks[b];
         let (row, column) = if is_swapped { (b, a) } else { (a, b) };
@@ -190,7 +192,7 @@ impl BlockCholesky {
         (&mut self.values[at..at + self.sizes[a] * self.sizes[b]], is_swapped)
     }
 
-    /// Replaces the matrix by its factors; false where it is not positive definite.
+    /// Replaces the matrix by its factors. Returns false if it is not positive definite.
     pub fn factorise(&mut self) -> bool {
         let Self {
             sizes,
@@ -216,7 +218,7 @@ impl BlockCholesky {
             let own = firsts[node]..firsts[node] + n;
             let inverse = &mut inverse_diagonal[own.clone()];
             let branches = Branches { parents: &parents[own.clone()], heads: &heads[own] };
-            // The blocks of a column lie one after the other.
+            // The blocks of a column are adjacent.
             let (column, later) = values[at..].split_at_mut((n + height) * n);
             let (diagonal, rows) = column.split_at_mut(n * n);
             if !branches.factorise(diagonal, inverse) {
@@ -248,7 +250,7 @@ impl BlockCholesky {
         true
     }
 
-    /// Replaces `x` by the solution, with [`factorise`](Self::factorise)'s factors.
+    /// Replaces `x` by the solution, with the factors of [`factorise`](Self::factorise).
     pub fn solve(&self, x: &mut [f64]) {
         let Self {
             sizes, firsts, parents, heads, order, below, ends, offsets, values, inverse_diagonal, ..
@@ -288,12 +290,13 @@ impl BlockCholesky {
     }
 }
 
-/// Multiplications, roughly, that the elimination of a node takes whose neighbours have so many rows.
+/// Returns the approximate number of multiplications to eliminate a node of `own` rows whose neighbours have
+/// `degree` rows.
 pub fn factorisation_cost(own: usize, degree: usize) -> usize {
     own * (own + degree) * (own + degree)
 }
 
-/// block -= a b', where `a` and `b` have rows of `n`.
+/// Computes block -= a b', where `a` and `b` have rows of `n`.
 fn subtract_product(block: &mut [f64], a: &[f64], b: &[f64], n: usize) {
     let width = b.len() / n;
     let six = |row: &[f64]| row.first_chunk::<6>().copied().unwrap_or_default();

@@ -1,5 +1,4 @@
-//! Where a robot is and how it moves, apart from any world: what kinematics, inertia
-//! and their inverses are computed from.
+//! Pose and motion of a robot apart from any world: the input of kinematics, inertia and their inverses.
 
 use glamx::{DMat3, DPose3, DVec3};
 
@@ -10,33 +9,35 @@ use super::scratch::BodyScratch;
 use super::spatial::{Placement, Spatial};
 use super::tree::Tree;
 
-/// Where a robot's root and joints are and how they move.
+/// Poses and velocities of a robot's root and joints.
 ///
-/// What is computed from it is by velocity: where the root is free, six entries come
-/// first, its origin's linear velocity and its angular velocity, both in world axes.
-/// (Within a step a free root's angular velocity is in its own axes.)
+/// Quantities derived from it are ordered by velocity. A free root has the first six entries: its origin's
+/// linear velocity and its angular velocity, both in world axes. (Within a step a free root's angular
+/// velocity is in its own axes.)
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Configuration {
     /// `world_from_root`.
     pub root: DPose3,
-    /// Of the root link's origin, world axes, m/s; zero where it is fixed.
+    /// Velocity of the root link's origin, world axes, m/s; zero if fixed.
     pub linear: DVec3,
-    /// Of the root link, world axes, rad/s; zero where it is fixed.
+    /// Angular velocity of the root link, world axes, rad/s; zero if fixed.
     pub angular: DVec3,
-    /// Of the joints alone: rad or m; for a floating joint x y z and a quaternion x y z w, for a spherical one a quaternion.
+    /// Positions of the joints without the root: rad or m. A floating joint has x y z and a quaternion x y z
+    /// w, a spherical one a quaternion.
     pub positions: Vec<f64>,
-    /// Of the joints alone: rad/s or m/s; for a floating joint linear in the parent's
-    /// axes, then angular in its own, for a spherical one angular in the child's own axes.
+    /// Velocities of the joints without the root: rad/s or m/s. A floating joint has its linear velocity in
+    /// the parent's axes, then the angular one in its own. A spherical joint has its angular velocity in the
+    /// child's axes.
     pub velocities: Vec<f64>,
 }
 
 impl Configuration {
-    /// At rest.
+    /// Creates a configuration at rest.
     pub fn at(root: DPose3, positions: Vec<f64>) -> Self {
         Self { root, linear: DVec3::ZERO, angular: DVec3::ZERO, positions, velocities: Vec::new() }
     }
 
-    /// `world_from_base`: of the root link where it is fixed, else of the world itself.
+    /// Returns `world_from_base`: the pose of a fixed root link, else the world's origin.
     pub(super) fn base(&self, tree: &Tree) -> Placement {
         if tree.fixed_base {
             Placement::new(self.root.rotation, self.root.translation)
@@ -45,7 +46,7 @@ impl Configuration {
         }
     }
 
-    /// q and qd as a step has them. What is missing is zero.
+    /// Returns q and qd in the order of a step. Missing values are zero.
     pub(crate) fn state(&self, tree: &Tree) -> (Vec<f64>, Vec<f64>) {
         let (mut q, mut qd) = (vec![0.0; tree.root_positions()], vec![0.0; tree.root_velocities()]);
         if !tree.fixed_base {
@@ -62,14 +63,14 @@ impl Configuration {
 
 /// All bodies at a moment, in the base's axes.
 pub(super) struct Kinematics {
-    /// First pass of a step.
+    /// Results of a step's first pass.
     pub(super) scratch: Vec<BodyScratch>,
-    /// From the base's origin to each body's.
+    /// Positions of body origins relative to the base's origin.
     pub(super) origins: Vec<DVec3>,
 }
 
 impl Kinematics {
-    /// First pass for all bodies.
+    /// Runs the first pass for all bodies.
     pub(super) fn new(tree: &Tree, q: &[f64], qd: &[f64]) -> Self {
         let mut kinematics = Self {
             scratch: vec![BodyScratch::default(); tree.bodies.len()],
@@ -79,7 +80,7 @@ impl Kinematics {
         kinematics
     }
 
-    /// The same, for another state of the same tree.
+    /// Runs the first pass for another state of the same tree.
     pub(super) fn update(&mut self, tree: &Tree, q: &[f64], qd: &[f64]) {
         update_kinematics(tree, q, qd, &mut self.scratch);
         for (i, body) in tree.bodies.iter().enumerate() {
@@ -88,7 +89,7 @@ impl Kinematics {
         }
     }
 
-    /// `base_from_link`.
+    /// Returns `base_from_link`.
     pub(super) fn link(&self, tree: &Tree, link: usize) -> Placement {
         let frame = &tree.links[link];
         let own = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
@@ -102,8 +103,8 @@ impl Kinematics {
 }
 
 impl Tree {
-    /// Velocity of each link of the model: linear of the origin of its frame, then
-    /// angular, both in world axes.
+    /// Returns the velocity of each link of the model: linear of its frame's origin, then angular, both in
+    /// world axes.
     pub fn link_twists(&self, configuration: &Configuration) -> Vec<(DVec3, DVec3)> {
         let (q, qd) = configuration.state(self);
         let world_from_base: DMat3 = configuration.base(self).rotation;

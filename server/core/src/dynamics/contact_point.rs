@@ -1,4 +1,4 @@
-//! A point of contact as collision finds it and dynamics solves it.
+//! Contact points, which collision finds and dynamics solves.
 
 use std::ops::RangeInclusive;
 
@@ -11,77 +11,78 @@ use crate::plain::{two_vectors3, vector3};
 /// One point where two colliders touch or are near.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct ContactPoint {
-    /// Index of each robot's collider.
+    /// Collider of each robot, by index.
     pub colliders: [usize; 2],
-    /// Index of each link. Found again from the colliders where a contact is read.
+    /// Link of each robot, by index. Derived from the colliders when a contact is read.
     #[serde(skip)]
     pub links: [usize; 2],
-    /// Each one's body; `None` is the base. Found again like the links.
+    /// Body of each robot; `None` is the base. Derived like the links.
     #[serde(skip)]
     pub bodies: [Option<usize>; 2],
-    /// On each one's surface, in its shape's axes.
+    /// Point on the surface of each collider, in its shape's axes, metres.
     #[serde(with = "two_vectors3")]
     pub on: [DVec3; 2],
-    /// In the middle between the surfaces, world.
+    /// Midpoint between the surfaces, world, metres.
     #[serde(with = "vector3")]
     pub position: DVec3,
-    /// From the first to the second, world.
+    /// Normal from the first to the second collider, world.
     #[serde(with = "vector3")]
     pub normal: DVec3,
-    /// Between the surfaces; negative inside. Metres.
+    /// Distance between the surfaces, metres; negative inside.
     pub distance: f64,
-    /// Of the two together.
+    /// Combined surface of the two colliders.
     pub surface: Surface,
 }
 
-/// What a surface is like.
+/// Properties of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
-    /// Coulomb's coefficient.
+    /// Coulomb's coefficient of friction.
     pub friction: f64,
-    /// The part of the approach speed that is left after a hit.
+    /// Part of the approach speed that remains after a hit.
     pub restitution: f64,
-    /// The largest torque against rolling, as a part of the normal force, metres.
+    /// Largest torque against rolling, as a part of the normal force, metres.
     pub rolling_friction: f64,
-    /// The same against turning about the normal.
+    /// Largest torque against turning about the normal, as a part of the normal force, metres.
     pub spinning_friction: f64,
-    /// Of the spring that each point of a contact is, N/m, in [`STIFFNESS`]; 0 is rigid.
+    /// Stiffness of the spring at each contact point, N/m, in [`STIFFNESS`]; 0 is rigid.
     pub stiffness: f64,
-    /// Of the damper beside that spring, N s/m, at most [`MOST_DAMPING`].
+    /// Damping parallel to that spring, N s/m, at most [`MOST_DAMPING`].
     pub damping: f64,
 }
 
-/// N/m: what a spring of a contact may have, beside 0.
+/// Range of nonzero contact stiffnesses, N/m.
 pub const STIFFNESS: RangeInclusive<f64> = 1e-3..=1e12;
 
-/// N s/m.
+/// Maximum damping of a contact, N s/m.
 pub const MOST_DAMPING: f64 = 1e12;
 
-/// Twice the way that a shape goes in a step at its present velocity is looked ahead: what else
-/// happens in the step may make it faster.
+/// Look-ahead distance, as a multiple of a shape's path in a step at its present velocity: other events in
+/// the step may make it faster.
 pub const LOOK_AHEAD: f64 = 2.0;
 
-/// Nothing is taken to go faster than this where it is looked ahead, m/s: what does has mostly diverged, and would be solved together with
-/// what stands far away. Faster than this times [`LOOK_AHEAD`] a shape may pass what is thinner than its way in a step.
+/// Highest speed that the look-ahead assumes, m/s. Faster bodies have mostly diverged, and would be solved
+/// together with distant ones. A shape faster than this times [`LOOK_AHEAD`] may pass through objects thinner
+/// than its path in a step.
 pub const FASTEST_LOOKED_AHEAD: f64 = 1e3;
 
-/// How the coefficients of two surfaces that touch become those of the contact. Other simulators have one of these each.
+/// Rule that combines the coefficients of two touching surfaces. Other simulators have one of these each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SurfaceCombination {
-    /// The more slippery one's friction, as in Gazebo, the bouncier one's restitution, and the larger friction against rolling
-    /// and spinning: a ball that has some is braked on any floor. What a surface is by default, friction 1 and else
-    /// 0, so leaves the other one as it is.
+    /// Lower friction, as in Gazebo, higher restitution, and larger friction against rolling and spinning: a
+    /// ball that has some is braked on any floor. A default surface (friction 1, all else 0) therefore leaves
+    /// the other one unchanged.
     #[default]
     Min,
-    /// Products of frictions and of restitutions; each one's friction against rolling and spinning counts times the other one's
-    /// friction. Bullet's (`btManifoldResult`).
+    /// Products of frictions and of restitutions. Friction against rolling and spinning of each is multiplied
+    /// by the other one's friction. Bullet's rule (`btManifoldResult`).
     Multiply,
-    /// The larger one of each. MuJoCo's.
+    /// Larger value of each. MuJoCo's rule.
     Max,
 }
 
 impl Default for Surface {
-    /// Friction 1, as MuJoCo and Gazebo have it, no rebound, nothing against rolling and spinning, rigid.
+    /// Friction 1 as in MuJoCo and Gazebo, no rebound, no friction against rolling and spinning, rigid.
     fn default() -> Self {
         Self {
             friction: 1.0,
@@ -95,7 +96,7 @@ impl Default for Surface {
 }
 
 impl Surface {
-    /// With what a material gives instead of its own.
+    /// Returns this surface with the values that a material overrides.
     pub fn with(self, material: &Material) -> Self {
         Self {
             friction: material.friction.unwrap_or(self.friction),
@@ -107,7 +108,7 @@ impl Surface {
         }
     }
 
-    /// Of two surfaces that touch. Their springs are one after the other, whatever the combination.
+    /// Returns the combined surface of two that touch. Their springs are in series, whatever the combination.
     pub fn against(self, other: Self, combination: SurfaceCombination) -> Self {
         let (stiffness, damping) = self.springs(other);
         let larger = Self {
@@ -118,7 +119,7 @@ impl Surface {
             stiffness,
             damping,
         };
-        // Two large coefficients may have no finite product.
+        // The product of two large coefficients may not be finite.
         let finite = |coefficient: f64| coefficient.min(f64::MAX);
         let crosswise = |a: f64, b: f64| finite(a * other.friction + b * self.friction);
         match combination {
@@ -134,7 +135,7 @@ impl Surface {
         }
     }
 
-    /// Stiffness and damping of two springs one after the other, of which what is rigid is none.
+    /// Returns stiffness and damping of two springs in series; a rigid one has none.
     fn springs(self, other: Self) -> (f64, f64) {
         let in_series = |a: f64, b: f64| if a > 0.0 && b > 0.0 { a / (a + b) * b } else { 0.0 };
         match (self.stiffness > 0.0, other.stiffness > 0.0) {
@@ -147,13 +148,13 @@ impl Surface {
         }
     }
 
-    /// Whether a surface can be so; or what is wrong with it, as a fragment of a sentence.
+    /// Checks the values. The error is a fragment of a sentence.
     pub(crate) fn check(&self) -> Result<(), String> {
         let Self { friction, restitution, rolling_friction, spinning_friction, stiffness, damping } = *self;
-        // A description may say more than a request may.
+        // A description may have values that a request may not.
         let is_friction = |value: f64| value >= 0.0 && value.is_finite();
         let all = [friction, rolling_friction, spinning_friction].into_iter().all(is_friction);
-        // Two of the softest, one after the other, are half as stiff.
+        // Two of the softest in series are half as stiff.
         let can_be_stiff =
             stiffness == 0.0 || (STIFFNESS.start() / 2.0..=*STIFFNESS.end()).contains(&stiffness);
         let is_soft = can_be_stiff && (0.0..=MOST_DAMPING).contains(&damping);

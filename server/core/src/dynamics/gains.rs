@@ -1,17 +1,15 @@
-//! Default gains from each joint's composite inertia, so that any robot holds a
-//! pose without tuning.
+//! Default gains from each joint's composite inertia, so that any robot holds a pose without tuning.
 
 use super::actuator::{Axis, DEFAULT_BANDWIDTH};
 use super::inertia::Rigid;
 use super::kinematics::placement;
 use super::tree::{JointType, Tree};
 
-/// The least composite inertia that gains are made of: joints that carry nothing
-/// get gains all the same. kg m^2 or kg.
+/// Smallest composite inertia for gains, kg m^2 or kg: joints that carry nothing get gains too.
 const LEAST: f64 = 1e-9;
 
-/// M_ii of each velocity at positions `q`, armature not included: the composite
-/// rigid-body algorithm's diagonal (Featherstone table 6.2). 0 for free bodies.
+/// Returns M_ii of each velocity at positions `q`, without armature: the diagonal of the composite-rigid-body
+/// algorithm (Featherstone table 6.2). 0 for free bodies.
 pub fn composite_inertia(tree: &Tree, q: &[f64]) -> Vec<f64> {
     let mut composite: Vec<Rigid> = tree.bodies.iter().map(|body| body.inertia).collect();
     let mut diagonal = vec![0.0; tree.velocity_count];
@@ -29,7 +27,7 @@ pub fn composite_inertia(tree: &Tree, q: &[f64]) -> Vec<f64> {
             composite[parent] += lifted;
         }
     }
-    // A joint that others follow moves them too.
+    // A joint also moves its followers.
     for pair in &tree.mimics {
         let follower = diagonal[tree.bodies[pair.follower].velocity];
         diagonal[tree.bodies[pair.leader].velocity] += pair.multiplier * pair.multiplier * follower;

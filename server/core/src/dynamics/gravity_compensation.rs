@@ -1,4 +1,4 @@
-//! Gravity compensation: the effort with which an actuator holds the weight of what hangs on its joint.
+//! Gravity compensation: the effort with which an actuator holds the weight that its joint carries.
 
 use glamx::DVec3;
 
@@ -6,26 +6,26 @@ use super::actuator::{Axis, Drive, Mode};
 use super::scratch::BodyScratch;
 use super::tree::{JointType, Tree};
 
-/// What hangs on a body, the body included, without what is free to fall: in the base's axes, about the body's origin.
+/// Mass of a body and its subtree without free bodies, in the base's axes, about the body's origin.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SubtreeMass {
     mass: f64,
     first_moment: DVec3,
-    /// Of the body's joint, N m or N.
+    /// Effort of the body's joint, N m or N.
     effort: f64,
 }
 
-/// Whether the actuator of an axis holds the weight of what it carries.
+/// Returns whether the actuator of an axis holds the weight that it carries.
 pub fn is_compensated(axis: &Axis) -> bool {
     axis.settings.gravity_compensation
         && matches!(axis.actuator.mode, Mode::Position | Mode::Velocity | Mode::Hold)
 }
 
-/// Adds the gravity term g(q) of the equations of motion to the feed-forward effort of the actuators that compensate it, at
-/// the pose that kinematics were found with: the masses of a subtree times minus gravity, as a moment about
-/// its joint's axis. `base_acceleration` is minus gravity in the base's axes.
+/// Adds the gravity term g(q) of the equations of motion to the feed-forward effort of actuators that
+/// compensate it. It is the mass of a subtree times minus gravity, as a moment about its joint's axis, at the
+/// pose of the kinematics. `base_acceleration` is minus gravity in the base's axes.
 ///
-/// Only the robot's own masses count, not what it holds. A joint carries what follows it by its multiplier.
+/// Only the robot's own masses count, not what it holds. A joint carries its followers by their multiplier.
 pub fn compensate(
     tree: &Tree,
     axes: &[Axis],

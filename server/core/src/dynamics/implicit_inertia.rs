@@ -1,5 +1,5 @@
-//! The inertia that a step's impulses work against, as a dense matrix: the inverse of what
-//! [`respond`](super::constraint::respond) applies.
+//! Inertia that a step's impulses act on, as a dense matrix: the inverse of the operator
+//! [`respond`](super::constraint::respond).
 
 use glamx::DVec3;
 
@@ -12,12 +12,13 @@ use super::scratch::{BodyScratch, Scratch};
 use super::spatial::Spatial;
 use super::tree::{Body, JointType, Tree};
 
-/// What stands for the inertia of a joint that nothing moves.
+/// Inertia of a joint that nothing moves.
 pub(super) const LOCKED: f64 = 1e30;
 
-/// Writes M with what actuators, damping and armature add to its diagonal, `velocity_count` squared, row by row, on and
-/// below the diagonal: the composite-rigid-body algorithm (Featherstone table 6.2) with the poses and the 1 / D that this
-/// step's passes found. False where a free body has a direction without inertia: then there is no such matrix.
+/// Writes M with the terms that actuators, damping and armature add to its diagonal, `velocity_count`
+/// squared, row by row, on and below the diagonal. Uses the composite-rigid-body algorithm (Featherstone
+/// table 6.2) with the poses and the 1 / D of this step's passes. Returns false if a free body has a
+/// direction without inertia: then there is no such matrix.
 pub fn implicit_inertia(
     tree: &Tree,
     q: &[f64],
@@ -41,7 +42,7 @@ pub fn implicit_inertia(
     for (i, body) in tree.bodies.iter().enumerate() {
         let at = &scratch.bodies[i];
         let mut write = |row: usize, column: Spatial| {
-            // What a unit of velocity has as momentum is what the velocities above share of it.
+            // The momentum of a unit velocity, projected onto the velocities above it.
             let row = &mut matrix[row * n..row * n + body.velocity + body.joint_type.velocities()];
             project(tree, q, &scratch.bodies, (i, composite[i].times(column)), row);
         };
@@ -66,7 +67,7 @@ pub fn implicit_inertia(
     true
 }
 
-/// The columns of S of a free body about its origin, in the base's axes.
+/// Returns the columns of S of a free body about its origin, in the base's axes.
 fn free_columns(q: &[f64], body: &Body, at: &BodyScratch) -> [Spatial; 6] {
     let own_from_parent = free_pose(&q[body.position..]).1.inverse();
     let mut columns = [Spatial::ZERO; 6];

@@ -1,4 +1,4 @@
-//! Spatial inertias: of a rigid body, and of all that hangs on a joint.
+//! Spatial inertias of a rigid body, and of all bodies that a joint carries.
 
 use std::ops::AddAssign;
 
@@ -8,19 +8,19 @@ use super::real::{MatrixOf, Real, VectorOf};
 use super::spatial::Spatial;
 use super::symmetric::Symmetric;
 
-/// A rigid body's, about the origin of a frame (Featherstone eq. 2.63).
+/// Inertia of a rigid body about the origin of a frame (Featherstone eq. 2.63).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rigid<R: Real = f64> {
-    /// kg.
+    /// Mass, kg.
     pub mass: R,
     /// Mass times the centre of mass, kg m.
     pub first_moment: R::Vector,
-    /// About the origin, kg m^2.
+    /// Moment about the origin, kg m^2.
     pub moment: Symmetric<R>,
 }
 
 impl Rigid {
-    /// From mass, centre of mass, and moment about that centre.
+    /// Creates it from mass, centre of mass, and moment about that centre.
     pub fn new(mass: f64, center: DVec3, moment_about_center: &DMat3) -> Self {
         let parallel_axis = around(center, center * mass);
         Self { mass, first_moment: center * mass, moment: Symmetric::of(moment_about_center) + parallel_axis }
@@ -28,13 +28,13 @@ impl Rigid {
 }
 
 impl<R: Real> Rigid<R> {
-    /// In axes that `r` turns these into.
+    /// Returns it in axes rotated by `r`.
     #[inline(always)]
     pub fn turned(&self, r: &R::Matrix) -> Self {
         Self { mass: self.mass, first_moment: r.times(self.first_moment), moment: self.moment.turned(r) }
     }
 
-    /// About a point from which this origin is `reach` away.
+    /// Returns it about a point from which this origin is `reach` away.
     #[inline(always)]
     pub fn shifted(&self, reach: R::Vector) -> Self {
         let Self { mass, first_moment, moment } = *self;
@@ -42,7 +42,7 @@ impl<R: Real> Rigid<R> {
         Self { mass, first_moment: first_moment + reach * mass, moment: moment + moved }
     }
 
-    /// Momentum, one per degree of freedom, or force by acceleration.
+    /// Returns the momentum of a velocity, or the force of an acceleration.
     #[inline(always)]
     pub fn times(&self, motion: Spatial<R>) -> Spatial<R> {
         let Spatial { angular, linear } = motion;
@@ -62,7 +62,7 @@ impl<R: Real> AddAssign for Rigid<R> {
     }
 }
 
-/// The symmetric part of -a~ b~ = (a . b) 1 - b a': a point mass' moment where b is m a.
+/// Returns the symmetric part of -a~ b~ = (a . b) 1 - b a': a point mass' moment if b is m a.
 #[inline(always)]
 pub(super) fn around<R: Real>(a: R::Vector, b: R::Vector) -> Symmetric<R> {
     let ([ax, ay, az], [bx, by, bz]) = (a.parts(), b.parts());
@@ -78,9 +78,8 @@ pub(super) fn around<R: Real>(a: R::Vector, b: R::Vector) -> Symmetric<R> {
     }
 }
 
-/// What a body and all that hangs on it resist a force with: force = I motion, with the
-/// blocks `[moment coupling; coupling' mass]` (Featherstone section 7.1). Its mass
-/// depends on the direction.
+/// Resistance to force of a body and its subtree: force = I motion, with the blocks `[moment coupling;
+/// coupling' mass]` (Featherstone section 7.1). Its mass depends on the direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Articulated<R: Real = f64> {
     /// Moment by angular motion, kg m^2.
@@ -92,7 +91,7 @@ pub struct Articulated<R: Real = f64> {
 }
 
 impl<R: Real> Articulated<R> {
-    /// Of a body on which nothing hangs.
+    /// Creates the inertia of a body without children.
     #[inline(always)]
     pub fn of(rigid: &Rigid<R>) -> Self {
         let f = rigid.first_moment;
@@ -109,7 +108,7 @@ impl<R: Real> Articulated<R> {
         }
     }
 
-    /// The force of a motion.
+    /// Returns I motion.
     #[inline(always)]
     pub fn times(&self, motion: Spatial<R>) -> Spatial<R> {
         Spatial {
@@ -118,19 +117,19 @@ impl<R: Real> Articulated<R> {
         }
     }
 
-    /// The force of turning about `axis`: U of a revolute joint.
+    /// Returns the force of turning about `axis`: U of a revolute joint.
     #[inline(always)]
     pub fn times_turn(&self, axis: R::Vector) -> Spatial<R> {
         Spatial { angular: self.moment.times(axis), linear: self.coupling.transposed_times(axis) }
     }
 
-    /// The force of sliding along `axis`: U of a prismatic joint.
+    /// Returns the force of sliding along `axis`: U of a prismatic joint.
     #[inline(always)]
     pub fn times_slide(&self, axis: R::Vector) -> Spatial<R> {
         Spatial { angular: self.coupling.times(axis), linear: self.mass.times(axis) }
     }
 
-    /// `self - u u' / d`: what is left once one direction is free (eq. 7.44).
+    /// Returns `self - u u' / d`, the remainder once one direction is free (eq. 7.44).
     #[inline(always)]
     pub fn without(&self, u: Spatial<R>, inverse_d: R) -> Self {
         let [x, y, z] = (u.linear * inverse_d).parts();
@@ -142,11 +141,10 @@ impl<R: Real> Articulated<R> {
         }
     }
 
-    /// About a point from which this origin is `o` away: X' I X for a shift.
+    /// Returns it about a point from which this origin is `o` away: X' I X for a shift.
     ///
-    /// With o~ the cross product matrix: coupling + o~ mass, and
-    /// moment - (coupling + o~ mass) o~ + o~ coupling', of which the upper triangle is
-    /// written out.
+    /// With o~ the cross product matrix: coupling + o~ mass, and moment - (coupling + o~ mass) o~ + o~
+    /// coupling'. Only its upper triangle is written out.
     #[inline(always)]
     pub fn shifted(&self, o: R::Vector) -> Self {
         let Self { moment, coupling, mass } = *self;
@@ -204,7 +202,7 @@ mod tests {
         assert!(close(body().times(motion()), Articulated::of(&body()).times(motion())));
     }
 
-    /// X' I X m, as a shifted inertia and as three shifts of vectors; not only of a rigid one.
+    /// X' I X m, as a shifted inertia and as three shifts of vectors; not only for a rigid body.
     #[test]
     fn an_inertia_shifts_as_its_forces_do() {
         let reach = DVec3::new(0.3, -0.2, 0.5);

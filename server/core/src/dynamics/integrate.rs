@@ -6,15 +6,15 @@ use super::kinematics::free_pose;
 use super::spherical::turn_by;
 use super::tree::{JointType, Tree};
 
-/// q += h qd; a free body's origin by its linear velocity, its rotation and that of a ball joint by the
-/// exponential map of the angular velocity in the body's own axes.
+/// Integrates positions: q += h qd. A free body's origin follows its linear velocity. Its rotation, and a
+/// ball joint's, follow the exponential map of the angular velocity in the body's own axes.
 pub fn advance(tree: &Tree, q: &mut [f64], qd: &[f64], h: f64) {
     for body in &tree.bodies {
         advance_joint(body.joint_type, &mut q[body.position..], &qd[body.velocity..], h);
     }
 }
 
-/// The same for one body, whose positions and velocities come first.
+/// Integrates one body, whose positions and velocities come first.
 pub fn advance_joint(joint_type: JointType, q: &mut [f64], qd: &[f64], h: f64) {
     match joint_type {
         JointType::Revolute | JointType::Prismatic => q[0] += h * qd[0],

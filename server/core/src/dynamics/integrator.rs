@@ -1,7 +1,8 @@
-//! How a step takes time: semi-implicit Euler, or leapfrog, which costs the same and is of second order.
+//! Integrators: semi-implicit Euler, and leapfrog, which costs the same and is of second order.
 //!
-//! With a(q, v) the accelerations that one pass through the tree gives, u the velocities in the middle of steps and h
-//! the step, leapfrog is (Verlet 1967; Hairer, Lubich and Wanner, "Geometric Numerical Integration", section I.1.4)
+//! Let a(q, v) be the accelerations from one pass through the tree, u the velocities in the middle of steps,
+//! and h the step. Leapfrog is (Verlet 1967; Hairer, Lubich and Wanner, "Geometric Numerical Integration",
+//! section I.1.4)
 //!
 //! ```text
 //! v_n       = u_(n-1/2) + h/2 (3/2 a_(n-1) - 1/2 a_(n-2))    extrapolated: what is reported
@@ -9,43 +10,43 @@
 //! q_(n+1)   = q_n + h u_(n+1/2)
 //! ```
 //!
-//! Only Coriolis, centrifugal and gyroscopic terms read v. Rows (limits, friction, contacts) hold for u, since u moves
-//! positions. Semi-implicit Euler is the same with v = u.
+//! Only Coriolis, centrifugal and gyroscopic terms use v. Rows (limits, friction, contacts) hold for u, since
+//! u moves positions. Semi-implicit Euler is the special case v = u.
 
 use serde::{Deserialize, Serialize};
 
 use super::real::{MaskOf, Real};
 
-/// The method of a step.
+/// Integration method of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Integrator {
-    /// Of second order where motion is smooth.
+    /// Leapfrog, of second order for smooth motion.
     #[default]
     Leapfrog,
     /// Semi-implicit Euler with implicit damping: the arithmetic of MuJoCo's `Euler`.
     Euler,
 }
 
-/// What the next leapfrog step can start from.
+/// Data from earlier steps that the next leapfrog step can use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum History {
-    /// Velocities that something else than a step gave: the first velocity in the middle of a step is half a
-    /// kick away.
+    /// Velocities that were set and not computed by a step: the first velocity in the middle of a step is
+    /// half a kick away.
     #[default]
     Given,
-    /// The velocity in the middle of the last step, and a command since whose answer may be a jump: it is not
-    /// extrapolated.
+    /// The velocity in the middle of the last step, and a command since then whose response may be a jump. It
+    /// is not extrapolated.
     Interrupted,
-    /// The velocity in the middle of the last step, in which something hit, stuck or let go.
+    /// Velocity in the middle of the last step, in which a contact or friction began or ended.
     Kinked,
-    /// The same, and the acceleration of that step.
+    /// As [`Kinked`](Self::Kinked) of a smooth step, plus the acceleration of that step.
     Smooth,
-    /// The same, and the acceleration of the step before that.
+    /// As [`Smooth`](Self::Smooth), plus the acceleration of the step before.
     SmoothTwice,
 }
 
 impl History {
-    /// After a step; `smooth` where nothing hit, stuck or let go in it.
+    /// Returns the history after a step; `smooth` if no contact or friction began or ended in it.
     pub(super) fn after(self, smooth: bool) -> Self {
         match self {
             _ if !smooth => Self::Kinked,
@@ -55,11 +56,12 @@ impl History {
         }
     }
 
-    /// The change from the velocity in the middle of the last step to that at its end, by what the last step and the
-    /// one before it have changed: for a joint without springs and dampers 3/4 of the former less 1/4 of the latter.
+    /// Returns the change from the middle of the last step to its end, extrapolated from the changes of the
+    /// last two steps. For a joint without springs and dampers it is 3/4 of the last change less 1/4 of the
+    /// one before.
     ///
-    /// A lone damper takes the same part f of its velocity in each step, so that what changes is f of what changed
-    /// before. That is foreseen exactly, and the rest as for other joints.
+    /// A lone damper removes the same part f of its velocity in each step, so each change is f times the one
+    /// before. This part is predicted exactly, and the rest as for other joints.
     #[inline]
     pub(super) fn extrapolated(self, at: Implicitness, change: f64, before: f64) -> f64 {
         let drift = match self {
@@ -71,56 +73,57 @@ impl History {
     }
 }
 
-/// A joint that a limit acts on has come to it in this step if it went there faster than this, rad/s or m/s: what is held may have as much by
-/// what sweeps leave.
+/// Arrival speed of a joint at its limit, rad/s or m/s. A joint that moved faster reached the limit in this
+/// step; a held one may move slower than this by the solver's residual.
 pub(super) const ARRIVES: f64 = 1e-6;
 
-/// Of an [`Implicitness`]: from here on 1 - t is below rounding.
+/// Stiffness of an [`Implicitness`] from which 1 - t is below rounding.
 pub(super) const STIFF: f64 = 1e16;
 
-/// When within a step the forces of a joint's springs and dampers are taken: dampers at `0.5 <= t <= 1` of the way
-/// from the old to the new velocity, springs at the positions that go with it.
+/// Time within a step at which the forces of a joint's springs and dampers act. Dampers act at
+/// `0.5 <= t <= 1` of the way from the old to the new velocity, springs at the corresponding positions.
 ///
-/// * t = 1: at the end of the step, as backward Euler does. Stable, and of first order.
-/// * t = 1/2: dampers at the mean of both velocities (Crank and Nicolson), springs at
-///   q_n + h/4 (u_(n+1/2) - u_(n-1/2)) (Newmark's average acceleration). Of second order.
+/// * t = 1: at the end of the step, as in backward Euler. It is stable, and of first order.
+/// * t = 1/2: dampers at the mean of both velocities (Crank and Nicolson), springs at q_n + h/4 (u_(n+1/2) -
+///   u_(n-1/2)) (Newmark's average acceleration). It is of second order.
 ///
-/// With any t from 1/2 to 1 for each joint, no motion of joints with springs and dampers grows, whatever the mass
-/// matrix M: for q ~ z^n and a mode p, with m = p* M p, k = p* K p and so on, the step is
-/// (m + h t d + h^2 b k) (z - 1)^2 + ... = 0 with b = (3 t - 1)/2, c = (1 - t)/2, and |z| <= 1 holds if
-/// k (1 - 2 b - 2 c) <= 0, which is -k (2 t - 1) <= 0.
+/// With any t from 1/2 to 1 for each joint, no motion of joints with springs and dampers grows, whatever the
+/// mass matrix M. For q ~ z^n and a mode p, let m = p* M p, k = p* K p and so on. The step is
+/// `(m + h t d + h^2 b k) (z - 1)^2 + ... = 0`. Here b = (3 t - 1)/2 and c = (1 - t)/2. |z| <= 1 holds if k
+/// (1 - 2 b - 2 c) <= 0, which is -k (2 t - 1) <= 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Implicitness<R: Real = f64> {
     /// t.
     damper: R,
-    /// The part of a lone damper's velocity that is left after a step.
+    /// Part of a lone damper's velocity that remains after a step.
     decay: R,
 }
 
 impl Implicitness {
     /// Backward Euler.
     pub const BACKWARD: Self = Self { damper: 1.0, decay: 0.0 };
-    /// The mean.
+    /// Mean of both velocities.
     pub const MEAN: Self = Self { damper: 0.5, decay: 1.0 };
 }
 
 impl<R: Real> Implicitness<R> {
-    /// The same of each.
+    /// Returns the same value for each number of `R`.
     #[inline(always)]
     pub fn splat(zero: R, Implicitness { damper, decay }: Implicitness) -> Self {
         Self { damper: zero.splat(damper), decay: zero.splat(decay) }
     }
 
-    /// The first where it is yes, else the second.
+    /// Returns the first where the mask is true, else the second.
     #[inline(always)]
     pub(super) fn select(first: R::Mask, yes: Self, no: Self) -> Self {
         Self { damper: first.select(yes.damper, no.damper), decay: first.select(yes.decay, no.decay) }
     }
 
-    /// For a joint whose springs and dampers would stop it within 1 / `stiffness` steps, h (d + h k) / I.
+    /// Returns the implicitness of a joint whose springs and dampers would stop it within 1 / `stiffness`
+    /// steps, with `stiffness` = h (d + h k) / I.
     ///
-    /// A lone damper's velocity decays by 1 / (1 + x + x^2/2 + x^3/6 + x^4/24) in a step, x its `stiffness`: exp(-x)
-    /// for small x, and never beyond zero for large ones.
+    /// A lone damper's velocity decays by 1 / (1 + x + x^2/2 + x^3/6 + x^4/24) in a step, where x is its
+    /// `stiffness`. This approximates exp(-x) for small x, and never crosses zero for large ones.
     #[inline(always)]
     pub fn of(stiffness: R) -> Self {
         let x = stiffness;
@@ -138,7 +141,8 @@ impl<R: Real> Implicitness<R> {
         Self::select(is_moderate, moderate, backward)
     }
 
-    /// The same of a joint of this inertia, by h (d + h k); the mean where nothing stops it.
+    /// Returns the implicitness of a joint with this inertia, where `stiffness` is h (d + h k); the mean if
+    /// nothing stops it.
     #[inline(always)]
     pub fn of_joint(stiffness: R, inertia: R) -> Self {
         let mean = Self::splat(stiffness, Implicitness::MEAN);
@@ -149,17 +153,19 @@ impl<R: Real> Implicitness<R> {
         Self::select(is_stiff, Self::of(stiffness / inertia), mean)
     }
 
-    /// The two numbers of t = 1 - first / second.
+    /// Returns the two numbers of t = 1 - first / second.
     #[inline(always)]
     fn ratio(x: R) -> (R, R) {
         let before = x.splat(0.5) + x * (x.splat(1.0 / 6.0) + x * x.splat(1.0 / 24.0));
         (before, x.splat(1.0) + x * before)
     }
 
-    /// Of D = m + h t d + h^2 b k, with m the `inertia` and t that of [`Implicitness::of`] a `stiffness` h (d + h k) / m: the two
-    /// numbers of D = first / second, of which the second is positive. `spring` is k, and `stiffness` h (d + h k).
+    /// Returns D = m + h t d + h^2 b k as two numbers, D = first / second, where the second is positive. m is
+    /// the `inertia`, k the `spring`, and `stiffness` is h (d + h k). t is [`Implicitness::of`] of
+    /// `stiffness` / m.
     ///
-    /// Who divides by D so divides once, and does not wait for t: from the leaves to the root each joint waits for those before it.
+    /// Dividing by D then takes one division, which does not wait for t. From the leaves to the root, each
+    /// joint waits for those before it.
     #[inline(always)]
     pub fn resistance_ratio(inertia: R, stiffness: R, spring: R, h: R) -> (R, R) {
         let (mut before, mut rest) = (h.splat(0.0), h.splat(1.0));
@@ -171,38 +177,38 @@ impl<R: Real> Implicitness<R> {
         ((inertia + stiffness) * rest - (stiffness + h.splat(0.5) * h * h * spring) * before, rest)
     }
 
-    /// The change from the velocity in the middle of a step to that at its end, where the step changed it by `change`, and that is so
-    /// much more than foreseen.
+    /// Returns the change from the velocity in the middle of a step to the one at its end. The step changed
+    /// it by `change`, which is `drift` more than predicted.
     #[inline(always)]
     pub fn ahead(self, change: R, drift: R) -> R {
         (change.splat(1.0) - self.damper) * self.decay * (change + change.splat(0.5) * self.decay * drift)
     }
 
-    /// t.
+    /// Returns t.
     #[inline(always)]
     pub fn damper(self) -> R {
         self.damper
     }
 
-    /// The part of a lone damper's velocity that is left after a step.
+    /// Returns the part of a lone damper's velocity that remains after a step.
     #[inline(always)]
     pub fn decay(self) -> R {
         self.decay
     }
 
-    /// Of a spring's position, by how much of h times the new velocity it is ahead.
+    /// Returns the coefficient of h times the new velocity in a spring's position.
     #[inline(always)]
     pub fn spring_after(self) -> R {
         self.damper.splat(1.5) * self.damper - self.damper.splat(0.5)
     }
 
-    /// Of a spring's position, by how much of h times the old velocity it is behind.
+    /// Returns the coefficient of h times the old velocity that a spring's position lags by.
     #[inline(always)]
     pub fn spring_before(self) -> R {
         self.damper.splat(0.5) - self.damper.splat(0.5) * self.damper
     }
 
-    /// How far ahead of q_n a spring's position is in uniform motion, as a part of h.
+    /// Returns how far a spring's position leads q_n in uniform motion, as a part of h.
     #[inline(always)]
     pub fn spring_ahead(self) -> R {
         self.damper.splat(2.0) * self.damper - self.damper.splat(1.0)
@@ -213,7 +219,7 @@ impl<R: Real> Implicitness<R> {
 mod tests {
     use super::*;
 
-    /// The factor of a lone damper's velocity: (1 - (1 - t) x) / (1 + t x).
+    /// Returns the factor of a lone damper's velocity: (1 - (1 - t) x) / (1 + t x).
     fn decay(x: f64) -> f64 {
         let t = Implicitness::of(x).damper();
         (1.0 - (1.0 - t) * x) / (1.0 + t * x)
@@ -248,15 +254,15 @@ mod tests {
                 }
             }
         }
-        // What has no inertia, or by rounding less, is moved as slowly as its damper has it.
+        // Without inertia, or with a negative one from rounding, the damper alone limits the motion.
         for inertia in [0.0, -1e-20] {
             let (first, second) = Implicitness::resistance_ratio(inertia, 0.5, 0.0, h);
             assert!((first / second - 0.5).abs() < 1e-15);
         }
     }
 
-    /// The roots of a mass on a spring and a damper, M u+ = M u - h (k q' + d u'): for any stiffness,
-    /// damping and t of its own choice, no root is beyond the unit circle.
+    /// Roots of a mass on a spring and a damper, M u+ = M u - h (k q' + d u'). For any stiffness and damping,
+    /// with the t that follows, no root is outside the unit circle.
     #[test]
     fn no_spring_and_damper_grows() {
         for spring in (-8..16).map(|power| 10f64.powf(f64::from(power) / 2.0)) {

@@ -1,4 +1,4 @@
-//! The efforts that give accelerations.
+//! Inverse dynamics: efforts from accelerations.
 
 use glamx::{DMat3, DVec3};
 
@@ -8,26 +8,25 @@ use super::mass_matrix::mass_matrix;
 use super::spatial::Spatial;
 use super::tree::{JointType, Tree};
 
-/// What resists a joint's motion beside the inertia of links.
+/// Resistance to a joint's motion beside the inertia of links.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resistance {
-    /// kg m^2 or kg.
+    /// Armature, kg m^2 or kg.
     pub armature: f64,
-    /// N m s/rad or N s/m.
+    /// Damping, N m s/rad or N s/m.
     pub damping: f64,
-    /// N m/rad or N/m; only of a joint of one axis.
+    /// Stiffness of the spring, N m/rad or N/m; only for a joint of one axis.
     pub spring_stiffness: f64,
-    /// Where the spring pulls nowhere, rad or m.
+    /// Rest position of the spring, rad or m.
     pub spring_rest: f64,
 }
 
-/// The efforts at which a robot in this configuration accelerates so, under gravity
-/// (m/s^2, world axes), by velocity: N m or N; of a free root the force and the torque at
-/// its origin, world axes. `accelerations` and `resistance` are by velocity too; what is
-/// missing is zero. Dry friction, limits and contacts are left out.
+/// Returns the efforts that give these accelerations under gravity (m/s^2, world axes), by velocity: N m or
+/// N. For a free root they are the force and the torque at its origin, world axes. `accelerations` and
+/// `resistance` are by velocity too; missing values are zero. Dry friction, limits and contacts are ignored.
 ///
-/// The recursive Newton-Euler algorithm (Featherstone table 5.1), with armature,
-/// damping and spring added at each joint, as a step has them.
+/// The recursive Newton-Euler algorithm (Featherstone table 5.1), with armature, damping and spring added at
+/// each joint, as in a step.
 pub fn inverse_dynamics(
     tree: &Tree,
     configuration: &Configuration,
@@ -53,8 +52,8 @@ pub fn inverse_dynamics(
             JointType::Revolute | JointType::Spherical { .. } => Spatial::new(z * qdd[0], DVec3::ZERO),
             JointType::Prismatic => Spatial::new(DVec3::ZERO, z * qdd[0]),
             JointType::Free { .. } => {
-                // The linear velocity is kept in axes that do not turn with the body:
-                // a step adds R w x v, see `accelerate`.
+                // The linear velocity is in axes that do not turn with the body: a step adds R w x v, see
+                // `accelerate`.
                 let of = |v: &[f64]| (DVec3::new(v[0], v[1], v[2]), DVec3::new(v[3], v[4], v[5]));
                 let ((linear, angular), (linear_qdd, angular_qdd)) = (of(qd), of(qdd));
                 let joint_from_body = super::kinematics::free_pose(&q[body.position..]).1;
@@ -98,7 +97,8 @@ pub fn inverse_dynamics(
     efforts
 }
 
-/// The joint-space inertia matrix with armature, row by row, by velocity as [`Configuration`] says.
+/// Returns the joint-space inertia matrix with armature, row by row, in the velocity order of
+/// [`Configuration`].
 pub fn inertia_matrix(tree: &Tree, configuration: &Configuration, resistance: &[Resistance]) -> Vec<f64> {
     let (q, _) = configuration.state(tree);
     let n = tree.velocity_count;
@@ -122,7 +122,7 @@ pub fn inertia_matrix(tree: &Tree, configuration: &Configuration, resistance: &[
                 matrix[i * n + j] = column[i];
             }
         }
-        // Rounding is not: the block that was turned twice gets one half from the other.
+        // Rounding broke the symmetry: one half of the block that was turned twice is copied to the other.
         for i in 3..6 {
             for j in 3..i {
                 matrix[i * n + j] = matrix[j * n + i];
@@ -132,7 +132,7 @@ pub fn inertia_matrix(tree: &Tree, configuration: &Configuration, resistance: &[
     matrix
 }
 
-/// Turns a free root's three angular entries.
+/// Rotates a free root's three angular entries.
 fn turn(rotation: &DMat3, values: &mut [f64]) {
     if let Some(angular) = values.get_mut(3..6) {
         let turned = *rotation * DVec3::new(angular[0], angular[1], angular[2]);

@@ -1,4 +1,4 @@
-//! Joint positions at which a link is at a pose.
+//! Inverse kinematics: joint positions that bring a link to a pose.
 
 use glamx::{DMat3, DQuat, DVec3};
 
@@ -8,70 +8,71 @@ use super::spatial::Spatial;
 use super::spherical::turn_by;
 use super::tree::{Body, JointType, Tree};
 
-/// Where a link is to be.
+/// Desired pose of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
     /// Index of the link in the model.
     pub link: usize,
-    /// The point that is to be there, in the link's frame, metres.
+    /// Point to bring to `position`, in the link's frame, metres.
     pub point: DVec3,
-    /// World axes, metres.
+    /// Desired position of the point, world axes, metres.
     pub position: DVec3,
-    /// `world_from_link`; `None` where only the position counts.
+    /// Desired `world_from_link`; `None` if only the position counts.
     pub orientation: Option<DQuat>,
 }
 
-/// A joint's axis that may be moved.
+/// Axis of a joint that may be moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Movable {
-    /// Its body in the tree; one with six degrees of freedom is not moved.
+    /// Body in the tree; one with six degrees of freedom is not moved.
     pub body: usize,
-    /// The least position, rad or m; a ball joint has none.
+    /// Lower limit, rad or m; ignored for a ball joint.
     pub lower: f64,
-    /// The largest position, rad or m.
+    /// Upper limit, rad or m; ignored for a ball joint.
     pub upper: f64,
 }
 
-/// When to end.
+/// Termination criteria.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Steps at the most; each costs one look at where the bodies are.
+    /// Maximum number of steps; each evaluates the kinematics once.
     pub iterations: u32,
-    /// Metres; radians count as metres.
+    /// Tolerance, metres; radians count as metres.
     pub tolerance: f64,
 }
 
-/// The best that was found.
+/// Best solution found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IkSolution {
-    /// Of the joints alone, as in [`Configuration`].
+    /// Positions of the joints without the root, as in [`Configuration`].
     pub positions: Vec<f64>,
-    /// Within the tolerance.
+    /// Whether the errors are within the tolerance.
     pub converged: bool,
-    /// Metres.
+    /// Error of the position, metres.
     pub position_error: f64,
-    /// Radians; 0 where no orientation was asked for.
+    /// Error of the orientation, radians; 0 if no orientation was requested.
     pub orientation_error: f64,
-    /// Steps that were made.
+    /// Number of steps made.
     pub iterations: u32,
 }
 
-/// Damping at first and at least, and what it grows by where a step made it worse and
-/// shrinks by where it did not.
+/// Damping: initial value, minimum, factor after a step that increased the error, and factor after one that
+/// reduced it.
 const DAMPING: (f64, f64, f64, f64) = (1e-3, 1e-9, 4.0, 0.25);
-/// A search that does not halve its distance within so many steps is stuck. Where it is
-/// not, it converges quadratically.
+/// Number of steps after which a search that has not halved its distance is stuck. Otherwise it converges
+/// quadratically.
 const MAX_STALLED: u32 = 10;
-/// How much further it begins anew each time, as a part of the joints' ranges.
+/// Additional distance of each restart, as a part of the joints' ranges.
 const REACH: f64 = 0.25;
 
-/// Moves joints from a guess until the link is at the goal, by damped least squares:
-/// dq = J' (J J' + w 1)^-1 e, with w adapted as Levenberg and Marquardt do (Nocedal and
-/// Wright, "Numerical Optimization" (2006), section 10.3). Joints at a limit that would
-/// go beyond are held there. Where it is stuck short of the goal (a stretched arm, a
-/// limit in the way) it goes on from beside the best there was, further and further, always
-/// alike: equal questions have equal answers. Joints that follow others follow. Ends early, with what it has, as
-/// soon as `is_cancelled`, which is asked before each step.
+/// Moves joints from a guess until the link is at the goal, by damped least squares: dq = J' (J J' + w 1)^-1
+/// e. w is adapted as by Levenberg and Marquardt (Nocedal and Wright, "Numerical Optimization" (2006),
+/// section 10.3). Joints at a limit that would move beyond it are held there.
+///
+/// If the search is stuck short of the goal (a stretched arm, a limit in the way), it restarts near the best
+/// solution. Each restart is further away. Restarts are deterministic: equal questions have equal answers.
+/// Mimic joints follow their leaders. Returns the best solution so far as soon as `is_cancelled` returns
+/// true, which is called before each step.
 pub fn inverse_kinematics(
     tree: &Tree,
     guess: &Configuration,
@@ -85,7 +86,7 @@ pub fn inverse_kinematics(
     let mut here = search.put(&q);
     let mut best = (here, search.q.clone());
     let (mut damping, mut nudges, mut iterations) = (DAMPING.0, 0_u32, 0);
-    // The distance to be halved, and for how many steps it was not.
+    // Distance to be halved, and the number of steps since it was.
     let mut halving = (here.size(), 0);
     while best.0.size() > options.tolerance && iterations < options.iterations && !movables.is_empty() {
         if is_cancelled() {
@@ -125,12 +126,12 @@ pub fn inverse_kinematics(
     }
 }
 
-/// From where the link is to where it is to be, in the base's axes.
+/// Difference between the link's pose and the goal, in the base's axes.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
-    /// Metres.
+    /// Position, metres.
     position: DVec3,
-    /// Axis times angle, radians; zero where it does not count.
+    /// Rotation, axis times angle, radians; zero if no orientation was requested.
     rotation: DVec3,
 }
 
@@ -147,7 +148,7 @@ struct Search<'a> {
     position: DVec3,
     rotation: Option<DMat3>,
     movables: &'a [Movable],
-    /// For each movable, the velocities that it moves and by how much: its own and its followers'.
+    /// For each movable, the velocities that it moves and their factors: its own and its followers'.
     moves: Vec<Vec<(usize, f64)>>,
     q: Vec<f64>,
     at_rest: Vec<f64>,
@@ -180,13 +181,13 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Puts the joints somewhere, within their limits, and says how far the link is from the goal.
+    /// Moves the joints to positions within their limits, and returns the remaining gap to the goal.
     fn put(&mut self, q: &[f64]) -> Gap {
         self.q.copy_from_slice(q);
         for movable in self.movables {
             let Body { joint_type, position, .. } = self.tree.bodies[movable.body];
             if let JointType::Spherical { .. } = joint_type {
-                // It has no limits.
+                // Ball joints have no limits.
                 continue;
             }
             self.q[position] = self.q[position].max(movable.lower).min(movable.upper);
@@ -203,7 +204,7 @@ impl<'a> Search<'a> {
         Gap { position, rotation }
     }
 
-    /// Where the joints are to be next.
+    /// Returns the next positions of the joints.
     fn next(&mut self, gap: &Gap, damping: f64) -> Vec<f64> {
         let link = self.kinematics.link(self.tree, self.goal.link);
         let point = link.origin + link.rotation * self.goal.point;
@@ -248,8 +249,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A point beside another, further from it each time. The golden ratio spreads
-    /// the numbers evenly (Weyl's sequence), without chance.
+    /// Returns a point near another, further from it each time. The golden ratio distributes the numbers
+    /// evenly (Weyl's sequence), without randomness.
     fn beside(&self, q: &[f64], time: u32) -> Vec<f64> {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let mut beside = q.to_vec();
@@ -264,10 +265,10 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A body's velocity and those of all that follow it, with how much they move for each of its own.
+/// Returns the velocity of a body and of all its followers, with their factors.
 fn moves(tree: &Tree, body: usize) -> Vec<(usize, f64)> {
     let mut bodies = vec![(body, 1.0)];
-    // Chains are as deep as there are pairs.
+    // Chains of mimic joints are at most as long as the number of pairs.
     for _ in 0..tree.mimics.len() {
         for pair in &tree.mimics {
             let leader = bodies.iter().find(|(known, _)| *known == pair.leader).map(|(_, factor)| *factor);
@@ -280,14 +281,14 @@ fn moves(tree: &Tree, body: usize) -> Vec<(usize, f64)> {
     bodies.into_iter().filter(single).map(|(body, factor)| (tree.bodies[body].velocity, factor)).collect()
 }
 
-/// Linear, then angular where that counts.
+/// Returns the linear part, then the angular part if it counts.
 fn rows(value: Spatial, turns: bool) -> [f64; 6] {
     let (l, a) = (value.linear, if turns { value.angular } else { DVec3::ZERO });
     [l.x, l.y, l.z, a.x, a.y, a.z]
 }
 
-/// Solves a symmetric positive definite system by Cholesky's method (Golub and Van Loan,
-/// algorithm 4.2.1). The damping on the diagonal is what makes it definite.
+/// Solves a symmetric positive definite system by Cholesky's method (Golub and Van Loan, algorithm 4.2.1).
+/// The damping on the diagonal makes it definite.
 #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
 fn solve(mut a: [[f64; 6]; 6], mut x: [f64; 6]) -> [f64; 6] {
     for j in 0..6 {

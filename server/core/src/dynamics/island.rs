@@ -1,5 +1,5 @@
-//! Robots that touch or are constrained, solved together: the rows of their joints, of their contacts and of the constraints between
-//! their links, on all their velocities.
+//! Islands: robots that touch or are constrained, solved together. The rows of their joints, contacts and
+//! link constraints act on all their velocities.
 
 mod dragging;
 mod impulses;
@@ -33,78 +33,80 @@ pub use residual::SolverChoice;
 pub(in crate::dynamics) use rows::{MANY, find_spans};
 use split_velocities::Split;
 
-/// Sweeps of position correction; the rest is left to the next step.
+/// Sweeps of position correction per step; later steps correct the rest.
 pub(in crate::dynamics) const CORRECTION_SWEEPS: usize = 5;
 
-/// Position correction changes no velocity by more than this, m/s or rad/s.
+/// Largest change of a velocity by position correction, m/s or rad/s.
 pub(in crate::dynamics) const MAX_SPLIT_VELOCITY: f64 = 3.0;
 
-/// What became of a step of an island.
+/// Result of an island's step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IslandOutcome {
-    /// All have moved on.
+    /// All robots have advanced.
     Solved,
-    /// What was found of several robots cannot be. Those that this is due to have new velocities that are not finite, and the others can be
-    /// solved without these: they are started again.
+    /// The solution of several robots is not usable. The robots that caused it have new velocities that are
+    /// not finite. The others can be solved without them, after a restart.
     Unusable,
-    /// As the caller wanted. The robots are in the midst of a step.
+    /// The caller interrupted the step. The robots are mid-step.
     Interrupted,
 }
 
-/// The memory that solving needs, kept from step to step.
+/// Memory of the solver, reused from step to step.
 #[derive(Debug, Default)]
 pub struct Island {
     members: Vec<Member>,
-    /// Of each member, where it is, if it is one free body that nothing stiffens.
+    /// Pose of each member that is one free body which nothing stiffens.
     placed: Vec<Option<PlacedBody>>,
-    /// How each of these turned before the step.
+    /// Rotation of each of these before the step.
     turns: Vec<Turning>,
     rows: Vec<ContactRows>,
-    /// Of those contacts that have friction against rolling or spinning.
+    /// Rows of contacts with friction against rolling or spinning.
     turning: Vec<TurningRows>,
-    /// Of constraints between links.
+    /// Rows of constraints between links.
     links: Vec<LinkRows>,
-    /// Of all sides of all contacts and constraints.
+    /// Blocks of all sides of all contacts and constraints.
     blocks: Vec<f64>,
-    /// Of all members, one after the other.
+    /// Velocities of all members, concatenated.
     velocities: Vec<f64>,
-    /// The velocities before the step.
+    /// Velocities before the step.
     before: Vec<f64>,
-    /// The velocities without impulses.
+    /// Velocities without impulses.
     free: Vec<f64>,
-    /// A response, before it is filed.
+    /// A response before it is stored.
     scratch: Vec<f64>,
-    /// One for each body of the largest member: of all robots the same, so that it is in the cache.
+    /// Right-hand sides, one for each body of the largest member. All robots share them, so they stay in the
+    /// cache.
     rhs: Vec<MultiRhs<4>>,
     /// Bodies with many contacts, in order.
     bases: Vec<Basis>,
-    /// Of each basis the responses to six wrenches.
+    /// Responses to six wrenches, for each basis.
     basis_responses: Vec<f64>,
     /// Member and body of each side of each contact.
     touched: Vec<(usize, usize)>,
     direct: Direct,
     single_bodies: SingleBodies,
     momentum: Momentum,
-    /// Of each contact before the last sweep, where there is momentum.
+    /// Impulses of each contact before the last sweep, if sweeps use momentum.
     impulses_before: Vec<[f64; 3]>,
-    /// Of constraints that put positions right.
+    /// Constraints that correct positions.
     split: Split,
-    /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
+    /// Whether all initial impulses were the least possible in the previous step and the final ones still
+    /// are.
     was_least: bool,
-    /// Of each member, what it resists turning with beside its own moment, world.
+    /// Resistance to turning of each member beside its own moment, world.
     stiffening: Vec<Symmetric>,
-    /// Of each member, what constraints have it resist turning by, times the square of the step.
+    /// Resistance to turning that constraints give each member, times the square of the step.
     stiffness: Vec<Symmetric>,
-    /// Some contact may rebound.
+    /// Whether some contact may rebound.
     bounces: bool,
-    /// How impulses are found.
+    /// Solver that computes the impulses.
     choice: SolverChoice,
     is_measured: bool,
     /// See [`Island::take_residual`].
     residual: Option<f64>,
 }
 
-/// Where the responses to a body's six wrenches are.
+/// Location of the responses to a body's six wrenches.
 #[derive(Clone, Copy, Debug)]
 struct Basis {
     member: usize,
@@ -112,53 +114,53 @@ struct Basis {
     at: usize,
 }
 
-/// A constraint between links that acts in this step.
+/// Constraint between links that acts in this step.
 #[derive(Debug)]
 pub struct ActiveConstraint<'a> {
-    /// What it is, and what is kept of it.
+    /// The constraint and its stored state.
     pub constraint: &'a mut LinkConstraint,
-    /// Where the frames of its ends are, of those that cannot move; world.
+    /// Frames of the ends that cannot move, world.
     pub fixed: [DPose3; 2],
-    /// What its owner sorts them by.
+    /// Sort key of the owner.
     pub order: (usize, usize),
 }
 
 /// A robot of an island.
 #[derive(Clone, Copy, Debug)]
 pub struct Member {
-    /// Its index in the world.
+    /// Index of the robot in the world.
     pub robot: usize,
-    /// Where its velocities begin among those of the island.
+    /// First velocity among those of the island.
     pub first: usize,
-    /// How many it has.
+    /// Number of velocities.
     pub len: usize,
-    /// It has one body.
+    /// Whether it has one body.
     pub is_one_body: bool,
-    /// It is a free body that only touches: nothing of it is looked at again before positions follow velocities. To look would fetch
-    /// each of a heap from far away.
+    /// Whether it is a free body that only touches. It is not read again before its position is integrated:
+    /// each access would fetch the bodies of a heap from distant memory.
     is_seen_last: bool,
-    /// A contact has given it an impulse in this step.
+    /// Whether a contact has given it an impulse in this step.
     is_touched: bool,
 }
 
 impl Member {
-    /// Where its velocities are among those of the island.
+    /// Returns the range of its velocities among those of the island.
     fn velocities(&self) -> Range<usize> {
         self.first..self.first + self.len
     }
 }
 
 impl Island {
-    /// Solves and moves on `robots`, whose numbers in the world are `members`, in order. They have been
-    /// [started](Articulation::start), touch at `contacts` and are held together by `constraints`, which act on no other robot that
-    /// can move.
+    /// Solves and advances `robots`, whose ascending indices in the world are `members`. They have been
+    /// [started](Articulation::start), touch at `contacts` and are held together by `constraints`. These
+    /// constraints act on no other movable robot.
     ///
-    /// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005), chapter
-    /// 5, with the tangents of a contact as a block. Position correction uses
-    /// split impulses: velocities of its own, which are dropped after integration and so add no energy
-    /// (as in Guendelman, Bridson and Fedkiw, "Nonconvex rigid bodies with stacking" (2003)).
+    /// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005), chapter 5, with the
+    /// tangents of a contact as a block. Position correction uses split impulses: separate velocities, which
+    /// are dropped after integration and so add no energy. Source: Guendelman, Bridson and Fedkiw, "Nonconvex
+    /// rigid bodies with stacking" (2003).
     ///
-    /// `interrupt` is asked before each contact is measured and each sweep.
+    /// Calls `interrupt` before each contact is measured and before each sweep.
     pub fn solve<R: AsMut<Articulation>>(
         &mut self,
         (robots, members): (&mut [R], &[usize]),
@@ -271,8 +273,8 @@ impl Island {
         IslandOutcome::Solved
     }
 
-    /// Adds position correction to the velocities, with which positions are integrated then; the new ones become those `before`. False
-    /// if there is none.
+    /// Adds position correction to the velocities, which then integrate positions; the new velocities are
+    /// moved to `before`. Returns false if there is no correction.
     fn correct_positions(&mut self) -> bool {
         if self.rows.iter().all(|rows| rows.correction_velocity == 0.0 || !rows.acts()) {
             return false;
@@ -287,7 +289,7 @@ impl Island {
                 }
             }
         }
-        // A correction near an axis would turn a joint the faster, the shorter its arm is.
+        // A correction near an axis would turn a joint faster the shorter its arm is.
         let largest = split_velocities.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
         let scale = if largest > MAX_SPLIT_VELOCITY { MAX_SPLIT_VELOCITY / largest } else { 1.0 };
         for (velocity, split) in velocities.iter_mut().zip(split_velocities) {
@@ -296,7 +298,7 @@ impl Island {
         true
     }
 
-    /// Lists robots, which constraints between links hold too, or which `only_touch`.
+    /// Lists robots as members, either including those that constraints hold, or those that `only_touch`.
     fn list<R: AsMut<Articulation>>(&mut self, robots: &mut [R], members: &[usize], only_touch: bool) {
         self.members.clear();
         let (mut first, mut most_bodies) = (0, 0);
@@ -330,9 +332,9 @@ impl Island {
         }
     }
 
-    /// The index of a robot among the members.
+    /// Returns the index of a robot among the members.
     fn member(&self, robot: usize) -> Option<usize> {
-        // Where all robots between the first and the last are members, as in a heap, it is known at once.
+        // If all robots between the first and the last are members, as in a heap, the index is known at once.
         let likely = robot.checked_sub(self.members.first()?.robot)?;
         if self.members.get(likely).is_some_and(|member| member.robot == robot) {
             return Some(likely);

@@ -1,4 +1,4 @@
-//! How velocities move a point of a link.
+//! Jacobian: how velocities move a point of a link.
 
 use glamx::{DMat3, DVec3};
 
@@ -6,13 +6,12 @@ use super::configuration::{Configuration, Kinematics};
 use super::spatial::Spatial;
 use super::tree::{JointType, Tree};
 
-/// The geometric Jacobian of a point: a column a velocity, each the velocity of the point
-/// (`linear`) and the angular velocity of the link (`angular`) that a unit of that velocity
-/// gives, world axes. `point` is in the link's frame, metres. Columns are as
-/// [`Configuration`] says.
+/// Returns the geometric Jacobian of a point, one column for each velocity. A column is the velocity of the
+/// point (`linear`) and the angular velocity of the link (`angular`) per unit of that velocity, world axes.
+/// `point` is in the link's frame, metres. Columns are ordered as in [`Configuration`].
 ///
-/// Siciliano et al., "Robotics" (2009), eq. 3.30: z x (p - o) and z where a joint turns,
-/// z and nothing where it slides.
+/// Siciliano et al., "Robotics" (2009), eq. 3.30: z x (p - o) and z for a revolute joint, z and 0 for a
+/// prismatic one.
 pub fn jacobian(tree: &Tree, configuration: &Configuration, link: usize, point: DVec3) -> Vec<Spatial> {
     let (q, qd) = configuration.state(tree);
     let kinematics = Kinematics::new(tree, &q, &qd);
@@ -30,7 +29,7 @@ pub fn jacobian(tree: &Tree, configuration: &Configuration, link: usize, point: 
     columns
 }
 
-/// Columns by the velocities of a step, in the base's axes; `point` is from the base's origin.
+/// Fills columns by the velocities of a step, in the base's axes; `point` is relative to the base's origin.
 pub(super) fn fill(tree: &Tree, kinematics: &Kinematics, link: usize, point: DVec3, columns: &mut [Spatial]) {
     columns.fill(Spatial::ZERO);
     let mut next = tree.links[link].body;
@@ -44,7 +43,7 @@ pub(super) fn fill(tree: &Tree, kinematics: &Kinematics, link: usize, point: DVe
             JointType::Revolute | JointType::Spherical { .. } => column[0] = turn(rotation.z_axis),
             JointType::Prismatic => column[0] = Spatial::new(DVec3::ZERO, rotation.z_axis),
             JointType::Free { .. } => {
-                // Linear in the axes that the joint has at zero, angular in the body's own.
+                // Linear in the joint's axes at position zero, angular in the body's own.
                 let above = body.parent.map_or(DMat3::IDENTITY, |parent| kinematics.scratch[parent].rotation);
                 let zero = above * body.at_zero.rotation;
                 for (i, axis) in [zero.x_axis, zero.y_axis, zero.z_axis].into_iter().enumerate() {
@@ -59,7 +58,7 @@ pub(super) fn fill(tree: &Tree, kinematics: &Kinematics, link: usize, point: DVe
     }
 }
 
-/// A free root's three columns of own axes to those of world axes: own = R' world, so J R'.
+/// Converts a free root's three columns of own axes to world axes: own = R' world, so J R'.
 fn in_world_axes(world_from_root: &DMat3, columns: &mut [Spatial]) {
     let Some([x, y, z]) = columns.get(3..6).and_then(|own| <[Spatial; 3]>::try_from(own).ok()) else {
         return;

@@ -1,4 +1,4 @@
-//! First pass, root to leaves: where bodies are and how they move.
+//! First pass, root to leaves: poses and velocities of bodies.
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
@@ -8,19 +8,18 @@ use super::spherical::{NEXT_AXIS, orientation, velocity_product};
 use super::tree::{Body, JointType, LinkFrame, Tree};
 use super::trigonometry::sin_cos;
 
-/// Where a body is and how it moves, world axes.
+/// Pose and velocity of a body, world axes.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyMotion {
     /// `world_from_body`.
     pub pose: DPose3,
-    /// Of the body's origin, m/s.
+    /// Velocity of the body's origin, m/s.
     pub linear: DVec3,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular: DVec3,
 }
 
-/// Poses and velocities of all bodies (Featherstone table 7.1, first loop), in the
-/// base's axes.
+/// Computes poses and velocities of all bodies (Featherstone table 7.1, first loop), in the base's axes.
 ///
 /// v_i = X v_parent + S qd,  c_i = v_i x S qd
 pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scratch: &mut [BodyScratch]) {
@@ -30,7 +29,7 @@ pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scr
             None => (DMat3::IDENTITY, DVec3::ZERO, Spatial::ZERO),
         };
         let at = &mut scratch[i];
-        // Where the joint is at position zero.
+        // Frame of the joint at position zero.
         let zero = base_from_parent * body.at_zero.rotation;
         let reach = base_from_parent * body.at_zero.origin;
         let (q, qd) = (&positions[body.position..], &velocities[body.velocity..]);
@@ -62,13 +61,13 @@ pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scr
         };
         at.origin = parent_origin + at.reach;
         at.velocity = parent_velocity.motion_at(at.reach) + own;
-        // S moves with the body: its derivative in axes that stand still is v x S.
+        // S moves with the body: its derivative in fixed axes is v x S.
         at.velocity_product = at.velocity.cross_motion(own);
     }
 }
 
-/// The same for one of the three bodies of a ball joint. `frame` is that of the joint at zero, or of the body before; `velocities`
-/// end with the body's own.
+/// Computes one of the three bodies of a ball joint. `frame` is the joint's at position zero, or the previous
+/// body's; `velocities` end with the body's own.
 #[inline(never)]
 fn update_ball_axis(
     axis: u8,
@@ -84,19 +83,19 @@ fn update_ball_axis(
     let velocity = velocities.last().copied().unwrap_or_default();
     let own = Spatial::new(at.rotation.z_axis * velocity, DVec3::ZERO);
     at.velocity = parent_velocity.motion_at(at.reach) + own;
-    // All three turn with the child: what their axes change by goes with the last.
+    // All three axes turn with the child: the last one has the whole velocity product.
     at.velocity_product = match velocities.last_chunk::<3>() {
         Some(all) if axis == 2 => velocity_product(&at.rotation, all, at.velocity),
         _ => Spatial::ZERO,
     };
 }
 
-/// The frame of the first body of a ball joint, whose z is the child's x.
+/// Returns the frame of the first body of a ball joint, whose z is the child's x.
 fn turned_to_first_axis(zero: &DMat3, q: &[f64]) -> DMat3 {
     *zero * DMat3::from_quat(orientation(q)) * NEXT_AXIS
 }
 
-/// A frame after a turn about its own z.
+/// Returns a frame after a turn about its own z.
 #[inline]
 fn turned_about_z(frame: &DMat3, angle: f64) -> DMat3 {
     let (sin, cos) = sin_cos(angle);
@@ -104,12 +103,12 @@ fn turned_about_z(frame: &DMat3, angle: f64) -> DMat3 {
     DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, z)
 }
 
-/// `parent_from_body` at a position.
+/// Returns `parent_from_body` at a position.
 pub fn placement(body: &Body, q: &[f64]) -> Placement {
     joint_placement(body, &q[body.position..])
 }
 
-/// The same at positions of its own, which come first.
+/// Returns `parent_from_body` for the body's own positions, which come first.
 pub fn joint_placement(body: &Body, q: &[f64]) -> Placement {
     let zero = &body.at_zero;
     match body.joint_type {
@@ -130,13 +129,13 @@ pub fn joint_placement(body: &Body, q: &[f64]) -> Placement {
     }
 }
 
-/// The seven positions of a free body, as a pose.
+/// Returns the seven positions of a free body, as a pose.
 pub fn free_pose(q: &[f64]) -> (DVec3, DQuat) {
     (DVec3::new(q[0], q[1], q[2]), DQuat::from_xyzw(q[3], q[4], q[5], q[6]))
 }
 
 impl Tree {
-    /// Sets the positions of mimic joints. Chains are as deep as there are pairs.
+    /// Sets the positions of mimic joints. Chains are at most as long as the number of pairs.
     pub fn apply_mimics(&self, q: &mut [f64]) {
         for _ in 0..self.mimics.len() {
             for pair in &self.mimics {
@@ -146,10 +145,9 @@ impl Tree {
         }
     }
 
-    /// `world_from_link` of each link of the model.
+    /// Returns `world_from_link` of each link of the model.
     ///
-    /// `world_from_root` is where the root link is; `positions` are those of the
-    /// joints alone, without a free root's.
+    /// `world_from_root` is the pose of the root link; `positions` exclude a free root's.
     pub fn link_poses(&self, world_from_root: DPose3, positions: &[f64]) -> Vec<DPose3> {
         let bodies = self.body_poses(world_from_root, positions);
         let pose = |link: &LinkFrame| {
@@ -159,8 +157,8 @@ impl Tree {
         self.links.iter().map(pose).collect()
     }
 
-    /// [`Tree::link_poses`] of one link, to the bit, which looks only at what is between it and the root. `q` are all positions; a free
-    /// root's are not looked at.
+    /// Like [`Tree::link_poses`] for one link, to the bit, but computes only the bodies between it and the
+    /// root. `q` are all positions; a free root's are ignored.
     pub fn link_pose(&self, world_from_root: DPose3, q: &[f64], link: usize) -> DPose3 {
         let LinkFrame { body, body_from_link } = self.links[link];
         if body.is_none() {
@@ -179,7 +177,8 @@ impl Tree {
         DPose3::from_parts(at.origin, DQuat::from_mat3(&at.rotation).normalize()) * body_from_link
     }
 
-    /// The rotation of [`Tree::link_pose`], but for rounding: a step finds it, without memory.
+    /// Returns the rotation of [`Tree::link_pose`], except for rounding. It allocates nothing, so a step can
+    /// use it.
     pub fn link_rotation(&self, world_from_root: DQuat, q: &[f64], link: usize) -> DQuat {
         let LinkFrame { body, body_from_link } = self.links[link];
         let has_free_root = self.root_positions() > 0;
@@ -194,7 +193,7 @@ impl Tree {
         world_from_root * DQuat::from_mat3(&root_from_link).normalize()
     }
 
-    /// `world_from_body` of each moving body; takes what [`Tree::link_poses`] takes.
+    /// Returns `world_from_body` of each moving body; takes the arguments of [`Tree::link_poses`].
     pub fn body_poses(&self, world_from_root: DPose3, positions: &[f64]) -> Vec<DPose3> {
         let root = self.root_positions();
         let mut q = vec![0.0; root];

@@ -1,29 +1,30 @@
-//! A symmetric 6x6 block, factorised: what a free body needs to turn force into acceleration.
+//! Factorised symmetric 6x6 block, which turns a free body's forces into accelerations.
 
 use super::inertia::Articulated;
 use super::real::{MaskOf, MatrixOf, Real, VectorOf};
 use super::spatial::Spatial;
 use super::spatials::Spatials;
 
-/// A direction whose inertia is at most this part of the largest counts as without.
+/// Relative threshold of inertia: a direction with at most this part of the largest counts as without
+/// inertia.
 pub(super) const FLAT: f64 = 1e-14;
 
 /// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ldlt6<R: Real = f64> {
     pub(super) lower: [[R; 6]; 6],
-    /// 0 where a direction has no inertia: it is then not accelerated.
+    /// Inverse of D; 0 if a direction has no inertia, so that it is not accelerated.
     pub(super) inverse_diagonal: [R; 6],
 }
 
 impl<R: Real> Ldlt6<R> {
-    /// Of nothing.
+    /// Returns the factors of a zero inertia.
     #[inline(always)]
     pub(super) fn zero(zero: R) -> Self {
         Self { lower: [[zero; 6]; 6], inverse_diagonal: [zero; 6] }
     }
 
-    /// Factorises. A flat direction counts as without inertia; see [`FLAT`].
+    /// Factorises an inertia. A flat direction counts as without inertia; see [`FLAT`].
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
     pub fn new(inertia: &Articulated<R>) -> Self {
@@ -59,7 +60,7 @@ impl<R: Real> Ldlt6<R> {
         factors
     }
 
-    /// Whether every direction has inertia.
+    /// Returns whether every direction has inertia.
     #[inline(always)]
     pub fn is_regular(&self) -> R::Mask {
         let zero = self.inverse_diagonal[0].splat(0.0);
@@ -70,7 +71,7 @@ impl<R: Real> Ldlt6<R> {
         is_regular
     }
 
-    /// I^-1 force.
+    /// Returns I^-1 force.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
     pub fn solve(&self, force: Spatial<R>) -> Spatial<R> {
@@ -97,7 +98,7 @@ impl<R: Real> Ldlt6<R> {
 }
 
 impl Ldlt6 {
-    /// [`solve`](Self::solve) of minus each.
+    /// Applies [`solve`](Self::solve) to the negative of each.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
     pub fn solve_all<const N: usize>(&self, minus: &Spatials<N>) -> Spatials<N> {
@@ -132,7 +133,7 @@ impl Ldlt6 {
     }
 }
 
-/// The rows of an inertia, of which those above the diagonal are left out.
+/// Returns the rows of an inertia without the entries above the diagonal.
 #[inline(always)]
 fn lower_half<R: Real>(inertia: &Articulated<R>) -> [[R; 6]; 6] {
     let Articulated { moment: m, coupling, mass } = inertia;

@@ -1,4 +1,4 @@
-//! How each link of a robot moves and is accelerated: what an inertial unit in it feels, and what its joint has to carry.
+//! Velocity and acceleration of each link of a robot, for inertial sensors and joint reactions.
 
 use glamx::{DMat3, DVec3};
 
@@ -7,31 +7,31 @@ use super::scratch::BodyScratch;
 use super::spherical::own_motion;
 use super::tree::{JointType, LinkFrame, Tree};
 
-/// How a robot moves at a moment.
+/// Motion of a robot at a moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a> {
-    /// q.
+    /// Positions q.
     pub positions: &'a [f64],
-    /// qd.
+    /// Velocities qd.
     pub velocities: &'a [f64],
-    /// The change of qd in a second.
+    /// Change of qd per second.
     pub accelerations: &'a [f64],
 }
 
-/// Where a link is and how it moves and is accelerated; in the base's axes, and against the base.
+/// Pose, velocity and acceleration of a link, in the base's axes, relative to the base.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkMotion {
     /// `base_from_link`.
     pub rotation: DMat3,
-    /// Of its frame.
+    /// Origin of its frame, metres.
     pub origin: DVec3,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular: DVec3,
-    /// Of the origin, m/s.
+    /// Velocity of the origin, m/s.
     pub velocity: DVec3,
-    /// rad/s^2.
+    /// Angular acceleration, rad/s^2.
     pub angular_acceleration: DVec3,
-    /// Of the origin, m/s^2.
+    /// Acceleration of the origin, m/s^2.
     pub acceleration: DVec3,
 }
 
@@ -45,12 +45,12 @@ impl LinkMotion {
         acceleration: DVec3::ZERO,
     };
 
-    /// The velocity of a point of it, `reach` from its origin in the base's axes: v + w x r.
+    /// Returns the velocity of a point of the link, `reach` from its origin in the base's axes: v + w x r.
     pub fn velocity_at(&self, reach: DVec3) -> DVec3 {
         self.velocity + self.angular.cross(reach)
     }
 
-    /// The acceleration of a point of it: a + alpha x r + w x (w x r).
+    /// Returns the acceleration of a point of the link: a + alpha x r + w x (w x r).
     pub fn acceleration_at(&self, reach: DVec3) -> DVec3 {
         self.acceleration
             + self.angular_acceleration.cross(reach)
@@ -58,7 +58,7 @@ impl LinkMotion {
     }
 }
 
-/// How each link of the model moves.
+/// Returns the motion of each link of the model.
 pub fn link_motions(tree: &Tree, motion: Motion<'_>) -> Vec<LinkMotion> {
     let mut scratch = vec![BodyScratch::default(); tree.bodies.len()];
     update_kinematics(tree, motion.positions, motion.velocities, &mut scratch);
@@ -69,7 +69,7 @@ pub fn link_motions(tree: &Tree, motion: Motion<'_>) -> Vec<LinkMotion> {
         let axis = at.rotation.z_axis;
         let (turn, slide) = match body.joint_type {
             JointType::Revolute => (axis * qdd[0] + parent.angular.cross(axis * qd[0]), DVec3::ZERO),
-            // The three axes are the child's, and turn with it.
+            // The three axes belong to the child, and turn with it.
             JointType::Spherical { axis: 2 } => {
                 let own = own_motion(&at.rotation, &motion.velocities[body.velocity - 2..]).angular;
                 (axis * qdd[0] + at.velocity.angular.cross(own), DVec3::ZERO)

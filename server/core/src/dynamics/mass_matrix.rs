@@ -1,4 +1,4 @@
-//! The joint-space mass matrix M(q): the dense form of what a step never builds.
+//! Joint-space mass matrix M(q), in the dense form that a step never builds.
 
 use glamx::{DMat3, DVec3};
 
@@ -7,9 +7,8 @@ use super::kinematics::{free_pose, placement};
 use super::spatial::{Placement, Spatial};
 use super::tree::{Body, JointType, Tree};
 
-/// M at positions `q`, row by row, `velocity_count` squared, armature not included:
-/// the composite-rigid-body algorithm (Featherstone table 6.2). Units follow the
-/// velocities: kg m^2, kg m or kg.
+/// Returns M at positions `q`, row by row, `velocity_count` squared, without armature: the
+/// composite-rigid-body algorithm (Featherstone table 6.2). Units follow the velocities: kg m^2, kg m or kg.
 pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
     let n = tree.velocity_count;
     let placements: Vec<Placement> = tree.bodies.iter().map(|body| placement(body, q)).collect();
@@ -41,7 +40,7 @@ pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
     matrix
 }
 
-/// The columns of S, by which the body's own velocity is S qd.
+/// Returns the columns of S; the body's own velocity is S qd.
 fn subspace(body: &Body, q: &[f64]) -> Vec<Spatial> {
     match body.joint_type {
         JointType::Revolute | JointType::Spherical { .. } => vec![Spatial::new(DVec3::Z, DVec3::ZERO)],

@@ -1,21 +1,23 @@
-//! Articulated bodies: one file per idea, as Featherstone's "Rigid Body Dynamics
-//! Algorithms" (2008) has them.
+//! Articulated bodies: one file per idea, after Featherstone's "Rigid Body Dynamics Algorithms" (2008).
 //!
-//! * [`real`]: what mathematics is written over: a number, or one of each of several copies.
+//! * [`real`]: numeric types of the mathematics: a number, or one number of each of several copies.
 //! * [`spatial`], [`inertia`], [`symmetric`]: spatial vectors and inertias.
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
-//! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: which velocities they act on.
-//! * [`trigonometry`]: sines and cosines that have the same bits everywhere.
+//! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: the velocities
+//!   that they act on.
+//! * [`trigonometry`]: sines and cosines with the same bits everywhere.
 //! * [`spherical`]: ball joints.
-//! * [`spin`], [`velocity_terms`]: what spins fast stays finite.
-//! * [`actuator`], [`gains`], [`gravity_compensation`]: what drives a joint.
-//! * [`mass_matrix`]: the joint-space mass matrix; [`implicit_inertia`]: the same with what actuators add, as a step needs it.
-//! * [`link_motion`]: how links are accelerated; [`reactions`]: what joints carry.
-//! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: what collision finds for it.
+//! * [`spin`], [`velocity_terms`]: stability of fast spins.
+//! * [`actuator`], [`gains`], [`gravity_compensation`]: actuators of joints.
+//! * [`mass_matrix`]: the joint-space mass matrix; [`implicit_inertia`]: the same with the actuators' terms,
+//!   as a step needs it.
+//! * [`link_motion`]: accelerations of links; [`reactions`]: loads of joints.
+//! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: the contacts that collision
+//!   finds for it.
 //! * [`articulation`]: the state of one robot, and its step.
-//! * [`configuration`]: where a robot is, apart from any world; [`jacobian`],
-//!   [`inverse_dynamics`], [`inverse_kinematics`]: what follows from it.
-//! * [`lanes`]: copies of one robot stepped, and contacts of single bodies swept, side by side.
+//! * [`configuration`]: pose and motion of a robot apart from any world; [`jacobian`], [`inverse_dynamics`],
+//!   [`inverse_kinematics`]: quantities derived from it.
+//! * [`lanes`]: copies of one robot stepped side by side, and contacts of single bodies swept side by side.
 //! * [`island`]: robots that touch, solved together; [`block_cholesky`]: their sparse matrix.
 
 pub mod actuator;

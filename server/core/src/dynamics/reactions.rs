@@ -1,5 +1,5 @@
-//! What joints carry: the force and the torque that each parent link exerts on its
-//! child, through fixed joints too. What a force-torque sensor in the joint shows.
+//! Joint reactions: the force and the torque that each parent link exerts on its child, also through fixed
+//! joints. A force-torque sensor in the joint measures them.
 
 use glamx::DVec3;
 use simd_model::RobotModel;
@@ -9,12 +9,12 @@ use super::link_motion::{LinkMotion, link_motions};
 use super::spatial::Spatial;
 use super::tree::Tree;
 
-/// One for each joint of the model, in the child link's frame: torque about its origin and
-/// force, of the parent on the child. Newton's and Euler's equations of each link, summed
-/// over what hangs on the joint (Featherstone section 5.3, with links in place of bodies).
+/// Returns the reaction of each joint of the model in the child link's frame. It is the torque about its
+/// origin and the force that the parent exerts. Newton's and Euler's equations of each link are summed over
+/// the subtree of the joint (Featherstone section 5.3, with links in place of bodies).
 ///
-/// `gravity` and `external` are in base axes; each of them is a link, and what acts on it from
-/// outside with its torque about the link's origin.
+/// `gravity` and `external` are in base axes. Each entry of `external` is a link and its external force, with
+/// the torque about the link's origin.
 pub fn joint_reactions(
     model: &RobotModel,
     tree: &Tree,
@@ -25,14 +25,14 @@ pub fn joint_reactions(
     reactions_of(model, &link_motions(tree, motion), gravity, external)
 }
 
-/// The same of links that move so.
+/// Returns the joint reactions for links with this motion.
 pub fn reactions_of(
     model: &RobotModel,
     links: &[LinkMotion],
     gravity: DVec3,
     external: &[(usize, Spatial)],
 ) -> Vec<Spatial> {
-    // What is needed to move each link, about the base's origin.
+    // Force that moves each link, about the base's origin.
     let mut needed: Vec<Spatial> = model
         .links
         .iter()

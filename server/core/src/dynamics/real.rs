@@ -1,8 +1,9 @@
-//! What the mathematics of a step is written over: a number, or one of each of several copies side by side.
+//! Numeric types of a step's mathematics: a number, or one number of each of several copies side by side.
 //!
-//! A law that is generic over [`Real`] is written once and has the same operations in the same order for both, none of them fused. So
-//! a lane has the bits of the step of one robot. What would be a branch for one number is a mask, and where it saves a division, a
-//! branch on [`MaskOf::any`], which for one number is that branch.
+//! A law that is generic over [`Real`] is written once. It has the same operations in the same order for
+//! both, none of them fused, so a lane has the bits of one robot's step. A branch for one number becomes a
+//! mask. If it saves a division, it stays a branch on [`MaskOf::any`], which for one number is the original
+//! branch.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
@@ -21,14 +22,14 @@ pub trait Real:
     + AddAssign
     + SubAssign
 {
-    /// Yes or no for each.
+    /// Boolean for each number.
     type Mask: MaskOf<Self>;
-    /// Three of them.
+    /// Vector of three numbers.
     type Vector: VectorOf<Self>;
-    /// Nine of them.
+    /// Matrix of nine numbers.
     type Matrix: MatrixOf<Self>;
 
-    /// A constant.
+    /// Returns a constant.
     fn splat(self, value: f64) -> Self;
 
     /// See [`f64::sqrt`].
@@ -40,51 +41,52 @@ pub trait Real:
     /// See [`f64::copysign`].
     fn copysign(self, sign: Self) -> Self;
 
-    /// The larger one. Which one where either is NaN, or where one is 0 and the other -0, is up to the type.
+    /// Returns the larger one. The result is up to the type if either is NaN, or if one is 0 and the other
+    /// -0.
     fn max(self, other: Self) -> Self;
 
-    /// The smaller one; the same of NaN and -0.
+    /// Returns the smaller one, with the same exceptions as [`max`](Self::max).
     fn min(self, other: Self) -> Self;
 
     /// See [`f64::clamp`].
     fn clamp(self, least: Self, most: Self) -> Self;
 
-    /// Whether it is less.
+    /// Returns whether it is less.
     fn lt(self, other: Self) -> Self::Mask;
 
-    /// Whether it is less or equal.
+    /// Returns whether it is less or equal.
     fn le(self, other: Self) -> Self::Mask;
 
-    /// Whether it is equal.
+    /// Returns whether it is equal.
     fn equals(self, other: Self) -> Self::Mask;
 
-    /// Whether it is finite.
+    /// Returns whether it is finite.
     fn is_finite(self) -> Self::Mask;
 
-    /// Whether it is not NaN.
+    /// Returns whether it is not NaN.
     #[inline(always)]
     fn is_number(self) -> Self::Mask {
         self.equals(self)
     }
 }
 
-/// Yes or no for each number of an `R`.
+/// Boolean for each number of an `R`.
 pub trait MaskOf<R>:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// The first where it is yes, else the second.
+    /// Returns the first where the mask is true, else the second.
     fn select(self, yes: R, no: R) -> R;
 
-    /// Whether it is yes for any.
+    /// Returns whether any is true.
     fn any(self) -> bool;
 
-    /// Whether it is yes for all.
+    /// Returns whether all are true.
     #[inline(always)]
     fn all(self) -> bool {
         !(!self).any()
     }
 
-    /// Whether both say the same.
+    /// Returns whether both are equal.
     #[inline(always)]
     fn matches(self, other: Self) -> Self {
         (self & other) | (!self & !other)
@@ -95,20 +97,20 @@ pub trait MaskOf<R>:
 pub trait VectorOf<R: Real>:
     Copy + Debug + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> + Mul<R, Output = Self>
 {
-    /// From its components.
+    /// Creates it from its components.
     fn of(parts: [R; 3]) -> Self;
 
-    /// Its components.
+    /// Returns its components.
     fn parts(self) -> [R; 3];
 
-    /// The scalar product.
+    /// Returns the scalar product.
     #[inline(always)]
     fn dot(self, other: Self) -> R {
         let ([x, y, z], [a, b, c]) = (self.parts(), other.parts());
         (x * a) + (y * b) + (z * c)
     }
 
-    /// The vector product.
+    /// Returns the vector product.
     #[inline(always)]
     fn cross(self, other: Self) -> Self {
         let ([x, y, z], [a, b, c]) = (self.parts(), other.parts());
@@ -118,34 +120,34 @@ pub trait VectorOf<R: Real>:
 
 /// Three columns of three numbers.
 pub trait MatrixOf<R: Real>: Copy + Debug + Add<Output = Self> + Sub<Output = Self> {
-    /// From its columns.
+    /// Creates it from its columns.
     fn of(columns: [R::Vector; 3]) -> Self;
 
-    /// Its columns.
+    /// Returns its columns.
     fn columns(self) -> [R::Vector; 3];
 
-    /// `self v`.
+    /// Returns `self v`.
     #[inline(always)]
     fn times(self, v: R::Vector) -> R::Vector {
         let ([a, b, c], [x, y, z]) = (self.columns(), v.parts());
         a * x + b * y + c * z
     }
 
-    /// `self' v`, without building the transpose.
+    /// Returns `self' v`, without building the transpose.
     #[inline(always)]
     fn transposed_times(self, v: R::Vector) -> R::Vector {
         let [a, b, c] = self.columns();
         R::Vector::of([a.dot(v), b.dot(v), c.dot(v)])
     }
 
-    /// `self other`.
+    /// Returns `self other`.
     #[inline(always)]
     fn after(self, other: Self) -> Self {
         let [a, b, c] = other.columns();
         Self::of([self.times(a), self.times(b), self.times(c)])
     }
 
-    /// Its rows as columns.
+    /// Returns the transpose.
     #[inline(always)]
     fn transposed(self) -> Self {
         let [a, b, c] = self.columns();
@@ -154,14 +156,14 @@ pub trait MatrixOf<R: Real>: Copy + Debug + Add<Output = Self> + Sub<Output = Se
     }
 }
 
-/// The length of a vector in a plane, without the care of `hypot` for squares that are too small or too large for a number, which takes
-/// longer than what it is for.
+/// Returns the length of a vector in a plane. Unlike `hypot` it does not guard against overflow and underflow
+/// of the squares, which would take longer than the rest.
 #[inline(always)]
 pub(super) fn length_in_plane<R: Real>(x: R, y: R) -> R {
     (x * x + y * y).sqrt()
 }
 
-/// Methods that are those of `f64`.
+/// Methods that delegate to `f64`.
 macro_rules! of_f64 {
     ($($name:ident($($other:ident),*);)*) => {
         $(

@@ -1,4 +1,4 @@
-//! Scratch of a step, per body: without meaning between steps.
+//! Scratch of a step for each body, without meaning between steps.
 
 use glamx::{DMat3, DVec3};
 
@@ -8,43 +8,43 @@ use super::ldlt::Ldlt6;
 use super::spatial::Spatial;
 use super::spatials::Spatials;
 
-/// Impulses at the most whose responses are found at once: right-hand sides of one solution.
+/// Maximum number of impulses whose responses are computed at once, as right-hand sides of one solution.
 pub const MAX_RHS: usize = 8;
 
-/// Of one body. All vectors are in the base's axes and about the body's own origin:
-/// what goes from body to body is then only shifted, never turned.
+/// Scratch of one body. All vectors are in the base's axes and about the body's own origin: quantities that
+/// pass between bodies are only shifted, never turned.
 #[derive(Clone, Debug)]
 pub struct BodyScratch {
     /// `base_from_body`.
     pub rotation: DMat3,
-    /// From its parent's origin to its own.
+    /// Vector from the parent's origin to its own, metres.
     pub reach: DVec3,
-    /// From the base's origin to its own.
+    /// Vector from the base's origin to its own, metres.
     pub origin: DVec3,
     /// v.
     pub velocity: Spatial,
     /// c = v x S qd.
     pub velocity_product: Spatial,
-    /// IA: what it and all that hangs on it resist a force with.
+    /// IA: resistance to force of the body and its subtree.
     pub articulated: Articulated,
-    /// pA: the force that goes with no acceleration.
+    /// pA: force at zero acceleration.
     pub bias: Spatial,
     /// U = IA S.
     pub column: Spatial,
-    /// When springs and dampers of its joint act.
+    /// Time at which springs and dampers of its joint act.
     pub implicitness: Implicitness,
-    /// The same of its actuator's law, also where that is saturated and so adds nothing to D.
+    /// Time at which its actuator's law acts, also while the actuator is saturated and adds nothing to D.
     pub of_law: Implicitness,
-    /// 1 / D, with D = S' U + armature + h (kd + damping) + h^2 kp; 0 where
-    /// nothing resists (a joint without inertia, damping or stiffness is not moved).
+    /// 1 / D, with D = S' U + armature + h (kd + damping) + h^2 kp. It is 0 if nothing resists: a joint
+    /// without inertia, damping or stiffness is not moved.
     pub inverse_d: f64,
     /// u = effort - S' pA.
     pub drive: f64,
     /// a, gravity included.
     pub acceleration: Spatial,
-    /// Change of velocity by an impulse elsewhere.
+    /// Change of velocity by an impulse on another body.
     pub delta: Spatial,
-    /// x: what an impulse leaves at this joint in the backward pass.
+    /// x: share of an impulse that this joint takes in the backward pass.
     pub impulse: f64,
 }
 
@@ -70,14 +70,15 @@ impl Default for BodyScratch {
     }
 }
 
-/// Of one body, for several impulses at once.
+/// Scratch of one body for several impulses at once.
 #[derive(Clone, Copy, Debug)]
 pub struct MultiRhs<const N: usize> {
     /// As [`BodyScratch::delta`].
     pub delta: Spatials<N>,
     /// As [`BodyScratch::impulse`].
     pub impulse: [f64; N],
-    /// An impulse acts on it or on what hangs on it; else `delta` means nothing before the forward pass.
+    /// Whether an impulse acts on the body or its subtree; if not, `delta` is undefined before the forward
+    /// pass.
     pub has_impulse: bool,
 }
 
@@ -87,13 +88,13 @@ impl<const N: usize> Default for MultiRhs<N> {
     }
 }
 
-/// Of all bodies of a robot.
+/// Scratch of all bodies of a robot.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    /// One a body.
+    /// One entry for each body.
     pub bodies: Vec<BodyScratch>,
-    /// One a free body: its IA, factorised.
+    /// Factorised IA of each free body.
     pub free: Vec<Ldlt6>,
-    /// One a body; none where there is only one.
+    /// One entry for each body; empty if there is only one body.
     pub rhs: Vec<MultiRhs<MAX_RHS>>,
 }

@@ -1,7 +1,7 @@
-//! Spatial vectors: motion and force, and how they change frames.
+//! Spatial vectors: motion and force, and their changes of frame.
 //!
-//! Featherstone, "Rigid Body Dynamics Algorithms" (2008), chapter 2 and
-//! appendix A; the angular part comes first.
+//! Featherstone, "Rigid Body Dynamics Algorithms" (2008), chapter 2 and appendix A; the angular part comes
+//! first.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
@@ -11,17 +11,17 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::real::{Real, VectorOf};
 use crate::plain::vector3;
 
-/// Angular and linear part of a motion (velocity, acceleration) or a force
-/// (moment about the origin, force), in the axes of one frame.
+/// Angular and linear part of a motion (velocity, acceleration) or a force (moment about the origin, force),
+/// in the axes of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spatial<R: Real = f64> {
-    /// rad/s, or N m.
+    /// Angular part, rad/s or N m.
     pub angular: R::Vector,
-    /// m/s of the frame's origin, or N.
+    /// Linear part, m/s of the frame's origin or N.
     pub linear: R::Vector,
 }
 
-/// How it is written: as its numbers.
+/// Serialized form: its numbers.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "Spatial")]
 struct Written {
@@ -44,10 +44,10 @@ impl<'de> Deserialize<'de> for Spatial {
 }
 
 impl Spatial {
-    /// Nothing.
+    /// Zero vector.
     pub const ZERO: Self = Self { angular: DVec3::ZERO, linear: DVec3::ZERO };
 
-    /// From its two parts.
+    /// Creates it from its two parts.
     #[inline(always)]
     pub const fn new(angular: DVec3, linear: DVec3) -> Self {
         Self { angular, linear }
@@ -55,13 +55,13 @@ impl Spatial {
 }
 
 impl<R: Real> Spatial<R> {
-    /// The scalar product of a motion and a force: a power.
+    /// Returns the scalar product of a motion and a force: a power.
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
         self.angular.dot(other.angular) + self.linear.dot(other.linear)
     }
 
-    /// `self x motion`, both motions (eq. 2.31).
+    /// Returns `self x motion`, both motions (eq. 2.31).
     #[inline(always)]
     pub fn cross_motion(self, motion: Self) -> Self {
         Self {
@@ -70,7 +70,7 @@ impl<R: Real> Spatial<R> {
         }
     }
 
-    /// `self x* force` for a motion and a force (eq. 2.32).
+    /// Returns `self x* force` for a motion and a force (eq. 2.32).
     #[inline(always)]
     pub fn cross_force(self, force: Self) -> Self {
         Self {
@@ -79,13 +79,13 @@ impl<R: Real> Spatial<R> {
         }
     }
 
-    /// X m for a shift: a motion at a point `reach` away, in the same axes (eq. 2.21).
+    /// Returns X m for a shift: the motion at a point `reach` away, in the same axes (eq. 2.21).
     #[inline(always)]
     pub fn motion_at(self, reach: R::Vector) -> Self {
         Self { angular: self.angular, linear: self.linear - reach.cross(self.angular) }
     }
 
-    /// X' f for a shift: a force at a point `reach` away, seen from here, in the same axes.
+    /// Returns X' f for a shift: the force at a point `reach` away as seen from here, in the same axes.
     #[inline(always)]
     pub fn force_from(self, reach: R::Vector) -> Self {
         Self { angular: self.angular + reach.cross(self.linear), linear: self.linear }
@@ -138,7 +138,7 @@ impl<R: Real> Mul<R> for Spatial<R> {
     }
 }
 
-/// A child frame in its parent.
+/// Pose of a child frame in its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// `parent_from_child`.
@@ -148,21 +148,21 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The same frame.
+    /// Identity.
     pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, origin: DVec3::ZERO };
 
-    /// From a quaternion and a translation.
+    /// Creates it from a quaternion and a translation.
     pub fn new(rotation: DQuat, origin: DVec3) -> Self {
         Self { rotation: DMat3::from_quat(rotation), origin }
     }
 
-    /// `X' f`: a force of the child's frame, seen in the parent's (eq. 2.25).
+    /// Returns `X' f`: a force in the child's frame as seen in the parent's (eq. 2.25).
     #[inline(always)]
     pub fn force_to_parent(&self, force: Spatial) -> Spatial {
         Spatial::new(self.rotation * force.angular, self.rotation * force.linear).force_from(self.origin)
     }
 
-    /// The frame of a grandchild: `self` after `child`.
+    /// Returns the frame of a grandchild: `self` after `child`.
     #[inline(always)]
     pub fn then(&self, child: &Self) -> Self {
         Self { rotation: self.rotation * child.rotation, origin: self.origin + self.rotation * child.origin }

@@ -1,19 +1,19 @@
-//! Spatial vectors side by side, so that what is done to all of them is done to several at a time.
+//! Spatial vectors side by side, so that operations act on several at a time.
 //!
-//! All is inlined, into code that is compiled for the vectors of the processor: see `pulp::Arch`. Nothing is fused, and each has the
-//! same bits on all processors.
+//! All functions are inlined into code that is compiled for the vectors of the processor: see `pulp::Arch`.
+//! No operations are fused, and each result has the same bits on all processors.
 
 use glamx::{DMat3, DVec3};
 
 use super::spatial::Spatial;
 use super::tree::JointType;
 
-/// Of each component the numbers of all.
+/// `N` spatial vectors, stored by component.
 #[derive(Clone, Copy, Debug)]
 pub struct Spatials<const N: usize> {
-    /// See [`Spatial`].
+    /// Angular parts, see [`Spatial`].
     pub angular: [[f64; N]; 3],
-    /// See [`Spatial`].
+    /// Linear parts, see [`Spatial`].
     pub linear: [[f64; N]; 3],
 }
 
@@ -24,17 +24,17 @@ impl<const N: usize> Default for Spatials<N> {
 }
 
 impl<const N: usize> Spatials<N> {
-    /// Nothing.
+    /// Zero vectors.
     pub const ZERO: Self = Self { angular: [[0.0; N]; 3], linear: [[0.0; N]; 3] };
 
-    /// One of them.
+    /// Returns one vector.
     #[inline(always)]
     pub fn get(&self, k: usize) -> Spatial {
         let ([a, b, c], [d, e, f]) = (&self.angular, &self.linear);
         Spatial::new(DVec3::new(a[k], b[k], c[k]), DVec3::new(d[k], e[k], f[k]))
     }
 
-    /// Replaces one of them.
+    /// Replaces one vector.
     #[inline(always)]
     pub fn set(&mut self, k: usize, value: Spatial) {
         for i in 0..3 {
@@ -42,7 +42,7 @@ impl<const N: usize> Spatials<N> {
         }
     }
 
-    /// [`Spatial::dot`] of each.
+    /// Returns [`Spatial::dot`] of each.
     #[inline(always)]
     pub fn dot(&self, other: Spatial) -> [f64; N] {
         let mut sums = products(&self.angular, other.angular);
@@ -53,7 +53,7 @@ impl<const N: usize> Spatials<N> {
         sums
     }
 
-    /// S' f of each, for an axis along `z`.
+    /// Returns S' f of each, for an axis along `z`.
     #[inline(always)]
     pub fn along(&self, joint_type: JointType, z: DVec3) -> [f64; N] {
         match joint_type {
@@ -62,7 +62,7 @@ impl<const N: usize> Spatials<N> {
         }
     }
 
-    /// Adds S to each, times its factor, for an axis along `z`.
+    /// Adds S times a factor to each, for an axis along `z`.
     #[inline(always)]
     pub fn add_along(&mut self, joint_type: JointType, z: DVec3, factors: &[f64; N]) {
         match joint_type {
@@ -71,26 +71,26 @@ impl<const N: usize> Spatials<N> {
         }
     }
 
-    /// Adds a vector to each, times its factor.
+    /// Adds a multiple of a vector to each.
     #[inline(always)]
     pub fn add_multiples(&mut self, vector: Spatial, factors: &[f64; N]) {
         add_multiples(&mut self.angular, vector.angular, factors);
         add_multiples(&mut self.linear, vector.linear, factors);
     }
 
-    /// [`Spatial::motion_at`] of each.
+    /// Returns [`Spatial::motion_at`] of each.
     #[inline(always)]
     pub fn motion_at(&self, reach: DVec3) -> Self {
         Self { angular: self.angular, linear: plus_cross(&self.linear, -reach, &self.angular) }
     }
 
-    /// [`Spatial::force_from`] of each.
+    /// Returns [`Spatial::force_from`] of each.
     #[inline(always)]
     pub fn force_from(&self, reach: DVec3) -> Self {
         Self { angular: plus_cross(&self.angular, reach, &self.linear), linear: self.linear }
     }
 
-    /// Adds as many.
+    /// Adds another set of vectors.
     #[inline(always)]
     pub fn add(&mut self, other: &Self) {
         for i in 0..3 {
@@ -102,7 +102,7 @@ impl<const N: usize> Spatials<N> {
     }
 }
 
-/// The scalar product of each with a vector.
+/// Returns the scalar product of each with a vector.
 #[inline(always)]
 fn products<const N: usize>(part: &[[f64; N]; 3], v: DVec3) -> [f64; N] {
     let mut out = [0.0; N];
@@ -112,7 +112,7 @@ fn products<const N: usize>(part: &[[f64; N]; 3], v: DVec3) -> [f64; N] {
     out
 }
 
-/// Adds a vector to each, times its factor.
+/// Adds a multiple of a vector to each.
 #[inline(always)]
 fn add_multiples<const N: usize>(part: &mut [[f64; N]; 3], v: DVec3, factors: &[f64; N]) {
     for i in 0..3 {
@@ -122,7 +122,7 @@ fn add_multiples<const N: usize>(part: &mut [[f64; N]; 3], v: DVec3, factors: &[
     }
 }
 
-/// sums + v x part, each.
+/// Returns sums + v x part, for each.
 #[inline(always)]
 fn plus_cross<const N: usize>(sums: &[[f64; N]; 3], v: DVec3, part: &[[f64; N]; 3]) -> [[f64; N]; 3] {
     let mut out = *sums;
@@ -134,11 +134,11 @@ fn plus_cross<const N: usize>(sums: &[[f64; N]; 3], v: DVec3, part: &[[f64; N]; 
     out
 }
 
-/// A matrix times each.
+/// Returns the product of a matrix with each.
 #[inline(always)]
 pub fn turned<const N: usize>(part: &[[f64; N]; 3], matrix: &DMat3) -> [[f64; N]; 3] {
     let rows = matrix.transpose();
-    // No closure: what is not inlined is compiled for any processor.
+    // No closure: code that is not inlined is compiled for any processor.
     [products(part, rows.x_axis), products(part, rows.y_axis), products(part, rows.z_axis)]
 }
 

@@ -1,13 +1,15 @@
 //! Ball joints: three axes through one point, those of the child's frame, which turn with it.
 //!
-//! A ball joint is three bodies at one place, the first two without mass, so that what passes through a tree meets joints of one
-//! axis alone: x, y and z of the child at its present orientation. Their velocities are the child's angular velocity relative to its
-//! parent, in its own axes (MuJoCo's and Featherstone's choice). The position is a quaternion, `parent_from_child` at the
-//! joint, and is the first body's: no angles are kept, and there is no gimbal lock.
+//! A ball joint is three bodies at one place, the first two without mass. The passes through a tree therefore
+//! meet only joints of one axis. The axes are x, y and z of the child at its present orientation. Their
+//! velocities are the child's angular velocity relative to its parent, in its own axes (MuJoCo's and
+//! Featherstone's choice). The position is a quaternion, `parent_from_child` at the joint, and belongs to the
+//! first body: no angles are stored, and there is no gimbal lock.
 //!
-//! Targets are orientations. What is kept of one is its rotation vector, a component an axis: the axis of the turn times its
-//! angle, in the joint's frame. A spring pulls along the rotation vector from the child to the setpoint, the short way
-//! round, in the child's axes: with one stiffness for all axes, half of it times the angle squared is its energy.
+//! Targets are orientations. A target is stored as its rotation vector, one component for each axis: the axis
+//! of the turn times its angle, in the joint's frame. A spring pulls along the rotation vector from the child
+//! to the setpoint, the short way round, in the child's axes. If all axes have one stiffness, half of it
+//! times the angle squared is the spring's energy.
 
 use glamx::{DMat3, DQuat, DVec3};
 
@@ -15,44 +17,45 @@ use super::actuator::{Axis, Drive, Mode};
 use super::spatial::Spatial;
 use super::tree::{JointType, Tree};
 
-/// Turns x to y, y to z and z to x: from the axes of a body of a ball joint to those of the next, whose z is the joint's next axis.
+/// Rotation of x to y, y to z and z to x. It converts the axes of a body of a ball joint to those of the
+/// next, whose z is the joint's next axis.
 pub const NEXT_AXIS: DMat3 = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
 
-/// The position of a ball joint, of which these are the first numbers: `parent_from_child` at the joint.
+/// Returns the orientation of a ball joint, `parent_from_child` at the joint, from the first four numbers.
 #[inline]
 pub fn orientation(q: &[f64]) -> DQuat {
     DQuat::from_xyzw(q[0], q[1], q[2], q[3])
 }
 
-/// Writes it.
+/// Writes the orientation of a ball joint.
 pub fn write_orientation(q: &mut [f64], orientation: DQuat) {
     q[..4].copy_from_slice(&orientation.to_array());
 }
 
-/// Axis times angle, at most half a turn long, rad.
+/// Returns axis times angle, at most half a turn long, rad.
 pub fn rotation_vector(orientation: DQuat) -> DVec3 {
     let DQuat { x, y, z, w } = orientation;
     // The short way round.
     let (part, w) = if w < 0.0 { (-DVec3::new(x, y, z), -w) } else { (DVec3::new(x, y, z), w) };
     let sine = part.length();
-    // The angle's half is asin(sine), of which atan2 loses nothing near 0 nor near a half turn.
+    // Half of the angle is asin(sine); atan2 is accurate both near 0 and near a half turn.
     if sine > 0.0 { part * (2.0 * sine.atan2(w) / sine) } else { part * 2.0 }
 }
 
-/// The turn about a rotation vector, rad.
+/// Returns the turn about a rotation vector, rad.
 pub fn turn(vector: DVec3) -> DQuat {
     let angle = vector.length();
     if angle.is_finite() { DQuat::from_scaled_axis(vector).normalize() } else { DQuat::IDENTITY }
 }
 
-/// v x S qd of the three axes together, which goes with the last: S turns with the child. `first` are the velocities of the
-/// joint, `velocity` is that of the child, base axes.
+/// Returns v x S qd of the three axes together, which belongs to the last body: S turns with the child.
+/// `first` starts with the velocities of the joint; `velocity` is the child's, base axes.
 #[inline]
 pub fn velocity_product(base_from_child: &DMat3, first: &[f64], velocity: Spatial) -> Spatial {
     velocity.cross_motion(own_motion(base_from_child, first))
 }
 
-/// The child's motion relative to its parent, in the base's axes.
+/// Returns the child's motion relative to its parent, in the base's axes.
 #[inline]
 pub fn own_motion(base_from_child: &DMat3, first: &[f64]) -> Spatial {
     Spatial::new(*base_from_child * DVec3::new(first[0], first[1], first[2]), DVec3::ZERO)
@@ -64,23 +67,23 @@ pub fn turn_by(q: &mut [f64], vector: DVec3) {
     write_orientation(q, turned.normalize());
 }
 
-/// Whether an axis has a setpoint.
+/// Returns whether an axis has a setpoint.
 fn has_setpoint(axis: &Axis) -> bool {
     matches!(axis.actuator.mode, Mode::Position | Mode::Hold)
 }
 
-/// Moves the setpoint of a ball joint on by a step of `h`, and takes the laws of its three axes for it. `q` begins
-/// with what is the joint's, `axes` and `drives` are those of its three axes.
+/// Advances the setpoint of a ball joint by a step of `h`, and determines the laws of its three axes. `q`
+/// begins with the joint's position; `axes` and `drives` are its three axes'.
 ///
-/// An axis' profile and its anti-windup are those of a joint of one axis, along the rotation vector from the setpoint to the
-/// target. Laws read where the child is from the first number of its position, which stays as it is in a step: what they
-/// make of it is only how far the setpoint is from there.
+/// Profile and anti-windup of each axis are as for a joint of one axis, along the rotation vector from the
+/// setpoint to the target. Laws take the child's position from the first number of `q`, which a step does not
+/// change. They use it only to compute the distance to the setpoint.
 pub fn set_drives(q: &[f64], (axes, drives): (&mut [Axis], &mut [Drive]), h: f64) {
     let here = orientation(q);
     let saturated: [Option<f64>; 3] = std::array::from_fn(|k| drives[k].saturated);
     let mut to_setpoint = DVec3::ZERO;
     if axes.iter().any(has_setpoint) {
-        // The setpoint of other axes is where they are.
+        // The setpoint of other axes is their position.
         let position = rotation_vector(here);
         let vector = |get: fn(&Axis) -> f64| {
             DVec3::from_array(std::array::from_fn(|k| {
@@ -99,13 +102,14 @@ pub fn set_drives(q: &[f64], (axes, drives): (&mut [Axis], &mut [Drive]), h: f64
     }
     for (k, (axis, drive)) in axes.iter().zip(drives).enumerate() {
         *drive = Drive { position: q[0] + to_setpoint[k], ..axis.drive(h) };
-        // As in joints of one axis: what saturated in the last step mostly does in this one.
+        // As in joints of one axis: an axis that saturated in the last step mostly saturates in this one.
         drive.saturated = saturated[k].map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
     }
 }
 
-/// Keeps the setpoint of a ball joint within reach of what saturates, at the end of a step in which `laws` were asked for and
-/// `velocities` came to be, as [`Axis::anti_windup`] does. `q` is where the step began.
+/// Keeps the setpoint of a ball joint within reach of saturated actuators at the end of a step, as
+/// [`Axis::anti_windup`] does. `laws` are the requested efforts, `velocities` those after the step, and `q`
+/// the position at its start.
 pub fn anti_windup(q: &[f64], (axes, drives): (&mut [Axis], &[Drive]), laws: [f64; 3], velocities: &[f64]) {
     if !axes.iter().any(has_setpoint) {
         return;
@@ -126,7 +130,7 @@ pub fn anti_windup(q: &[f64], (axes, drives): (&mut [Axis], &[Drive]), laws: [f6
     }
 }
 
-/// Where a setpoint gets to on its way to the target in a step of `h`.
+/// Returns the setpoint after a step of `h` on its way to the target.
 fn advance(setpoint: DVec3, target: DVec3, axes: &mut [Axis], h: f64) -> DVec3 {
     let is_still = |axis: &Axis| axis.actuator.setpoint_velocity == 0.0;
     if setpoint == target && axes.iter().all(is_still) {
@@ -145,8 +149,9 @@ fn advance(setpoint: DVec3, target: DVec3, axes: &mut [Axis], h: f64) -> DVec3 {
 }
 
 impl Tree {
-    /// What a target has to be so that the axis of a body is there: its position; of an axis of a ball joint its component of the
-    /// rotation vector. `q` are all positions. Not for bodies with six degrees of freedom.
+    /// Returns the target at which the axis of a body would be at its present position. This is the position
+    /// of the joint, or for an axis of a ball joint its component of the rotation vector. `q` are all
+    /// positions. Not for bodies with six degrees of freedom.
     pub fn position_of_axis(&self, body: usize, q: &[f64]) -> f64 {
         let body = &self.bodies[body];
         match body.joint_type {
@@ -195,7 +200,7 @@ mod tests {
         })
     }
 
-    /// Without limits the setpoint is at the target at once, and the way there is the short one.
+    /// Without limits the setpoint reaches the target at once, and takes the short way.
     #[test]
     fn a_law_pulls_the_short_way_to_its_target() {
         let here = turn(DVec3::new(0.0, 0.0, 3.0));
@@ -210,7 +215,7 @@ mod tests {
         assert_eq!(axes[2].actuator.setpoint, -3.0);
     }
 
-    /// A limit of velocity holds for each axis, and the setpoint arrives exactly.
+    /// A velocity limit holds for each axis, and the setpoint arrives exactly.
     #[test]
     fn a_setpoint_advances_no_faster_than_the_limit_and_arrives() {
         let target = DVec3::new(1.0, -0.5, 2.0);

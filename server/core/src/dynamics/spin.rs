@@ -1,73 +1,74 @@
-//! A single free body between kicks: its rotation keeps energy and angular momentum exactly, at any speed.
+//! Rotation of a single free body between kicks, which keeps energy and angular momentum exactly at any
+//! speed.
 
 use glamx::{DMat3, DQuat, DVec3};
 
 use super::inertia::Rigid;
 use super::symmetric::Symmetric;
 
-/// A body that turns by more than this within a step, radians, is turned in several parts.
+/// Largest turn of a body in one part of a step, radians; larger turns are divided into parts.
 const PART_TURN: f64 = 0.5;
 
-/// So many at the most.
+/// Maximum number of parts.
 const MAX_PARTS: f64 = 64.0;
 
-/// Newton iterations at the most; two or three are the rule, and none for a body that hardly turns.
+/// Maximum number of Newton iterations. Two or three are usual; a body that hardly turns needs none.
 const MAX_ITERATIONS: usize = 20;
 
-/// A solution is one if it is off by no more than this part of what the body's spin would be about its largest moment.
+/// Tolerance of a solution, as a part of the angular momentum of the same spin about the largest moment.
 const SOLVED: f64 = 1e-12;
 
-/// An axis with less than this part of the mean moment counts as one that has so much.
+/// Smallest moment of an axis, as a part of the mean moment; smaller ones are raised to it.
 const LEAST_MOMENT: f64 = 1e-6;
 
-/// What the rotation of a single rigid body needs.
+/// Inertia for the rotation of a single rigid body.
 #[derive(Clone, Debug)]
 pub struct FreeBody {
-    /// kg.
+    /// Mass, kg.
     mass: f64,
-    /// The centre of mass, in the body's frame.
+    /// Centre of mass, in the body's frame, metres.
     center: DVec3,
-    /// Moment of inertia about the centre of mass, body axes.
+    /// Moment of inertia about the centre of mass, body axes, kg m^2.
     moment: DMat3,
-    /// Its inverse.
+    /// Inverse of `moment`.
     inverse_moment: DMat3,
-    /// What a torque is taken by before it acts, where some axis has no moment of its own.
+    /// Matrix that a torque is multiplied by before it acts, if some axis has no moment.
     taken: Option<DMat3>,
 }
 
-/// How a body moves: its centre of mass in the parent's axes, and I w about it in its own.
+/// Motion of a body: velocity of its centre of mass in the parent's axes, and I w about it in its own.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Momentum {
-    /// m/s.
+    /// Velocity of the centre of mass, m/s.
     pub center_velocity: DVec3,
-    /// kg m^2/s.
+    /// Angular momentum, kg m^2/s.
     pub angular: DVec3,
 }
 
-/// The velocities of a free body as a step has them: of its origin in the parent's axes, and its own angular ones.
+/// Velocities of a free body in a step: of its origin in the parent's axes, and angular in its own.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Twist {
-    /// m/s.
+    /// Velocity of the origin, m/s.
     pub linear: DVec3,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular: DVec3,
 }
 
-/// How a body goes through a step.
+/// Motion of a body through a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Drift {
-    /// `world_from_body` at its begin.
+    /// `world_from_body` at the start of the step.
     pub rotation: DQuat,
-    /// After the kick.
+    /// Momentum after the kick.
     pub before: Momentum,
-    /// What moves it.
+    /// Velocities that integrate its position.
     pub twist: Twist,
-    /// At the end.
+    /// Momentum at the end.
     pub after: Momentum,
 }
 
 impl FreeBody {
-    /// `None` for one without mass or without any moment.
+    /// Returns `None` for a body without mass or without any moment.
     pub fn new(rigid: &Rigid) -> Option<Self> {
         let center = rigid.first_moment / rigid.mass;
         let about_origin = Rigid::new(rigid.mass, center, &DMat3::ZERO).moment.matrix();
@@ -86,12 +87,12 @@ impl FreeBody {
         inverse_moment.is_finite().then_some(Self { mass: rigid.mass, center, moment, inverse_moment, taken })
     }
 
-    /// The centre of mass, and the moment of inertia about it; body axes.
+    /// Returns the centre of mass, and the moment of inertia about it; body axes.
     pub fn about_own_center(&self) -> (DVec3, Symmetric) {
         (self.center, Symmetric::of(&self.moment))
     }
 
-    /// From the velocities at a moment.
+    /// Returns the momentum of velocities.
     pub fn momentum(&self, world_from_body: DQuat, twist: Twist) -> Momentum {
         let arm = twist.angular.cross(self.center);
         Momentum {
@@ -100,15 +101,15 @@ impl FreeBody {
         }
     }
 
-    /// The velocities at a moment.
+    /// Returns the velocities of a momentum.
     pub fn twist(&self, world_from_body: DQuat, momentum: Momentum) -> Twist {
         let angular = self.inverse_moment * momentum.angular;
         let arm = angular.cross(self.center);
         Twist { linear: momentum.center_velocity - world_from_body * arm, angular }
     }
 
-    /// Momentum after a torque about the centre of mass, body axes, and a force, world axes, have acted for
-    /// `h` seconds; `acceleration` is gravity's.
+    /// Returns the momentum after `h` seconds of a torque about the centre of mass, body axes, and a force,
+    /// world axes. `acceleration` is gravity's.
     pub fn kick(
         &self,
         momentum: Momentum,
@@ -124,12 +125,12 @@ impl FreeBody {
         }
     }
 
-    /// The torque about the centre of mass of one about the origin.
+    /// Converts a torque about the origin to one about the centre of mass.
     pub fn about_center(&self, torque: DVec3, force: DVec3) -> DVec3 {
         torque - self.center.cross(force)
     }
 
-    /// Momentum after an impulse that changes the velocities by this.
+    /// Returns the momentum after an impulse that changes the velocities by `change`.
     pub fn push(&self, world_from_body: DQuat, momentum: Momentum, change: Twist) -> Momentum {
         let change = self.momentum(world_from_body, change);
         Momentum {
@@ -138,20 +139,22 @@ impl FreeBody {
         }
     }
 
-    /// How a body without forces goes through a step of `h` from this rotation: the velocities that move it, constant
-    /// ones with which positions are integrated, and its momentum after the step. Its centre of mass goes straight on.
+    /// Returns the motion of a body without forces through a step of `h` from this rotation. It has the
+    /// constant velocities that integrate the position, and the momentum after the step. Its centre of mass
+    /// moves in a straight line.
     ///
-    /// With m = I w the angular momentum in body axes before the step, m+ after it, and u the velocity in between:
+    /// With m = I w the angular momentum in body axes before the step, m+ after it, and u the velocity in
+    /// between:
     ///
     /// ```text
     /// I u = (m + m+) / 2,   m+ = exp(-h u) m,   R+ = R exp(h u)
     /// ```
     ///
-    /// (Simo and Wong, "Unconditionally stable algorithms for rigid body dynamics that exactly preserve energy and
-    /// momentum" (1991), with the angle of the turn exact.) R m is kept by the second and third equation. Energy is:
-    /// m+ - m is perpendicular to u = I^-1 (m + m+) / 2, and their product is the change of m' I^-1 m / 2. Both
-    /// hold for any h; the direction is of second order. Solved for u: I u + s u x I u = m with
-    /// s = tan(h |u| / 2) / |u|, by Newton's method.
+    /// (Simo and Wong, "Unconditionally stable algorithms for rigid body dynamics that exactly preserve
+    /// energy and momentum" (1991), with the exact angle of the turn.) The second and third equation conserve
+    /// R m. Energy is conserved because m+ - m is perpendicular to u = I^-1 (m + m+) / 2, and their product
+    /// is the change of m' I^-1 m / 2. Both hold for any h; the direction is of second order. Solved for u: I
+    /// u + s u x I u = m with s = tan(h |u| / 2) / |u|, by Newton's method.
     pub fn drift(&self, world_from_body: DQuat, before: Momentum, h: f64) -> Drift {
         let Momentum { center_velocity, angular: mut m } = before;
         let spin = self.inverse_moment * m;
@@ -180,7 +183,7 @@ impl FreeBody {
         }
     }
 
-    /// The velocity u of a part, which takes the momentum to its end.
+    /// Returns the velocity u of a part, and advances the momentum to its end.
     fn solve(&self, m: &mut DVec3, h: f64) -> DVec3 {
         let goal = *m;
         let miss = |u: DVec3| {
@@ -194,7 +197,7 @@ impl FreeBody {
             if off.length() <= 2.0 * f64::EPSILON * size {
                 break;
             }
-            // Half of the way, and half of that, until it is nearer: the own axis of a rod is hard to find.
+            // Half of the step, and half of that, until the error shrinks: the axis of a rod is hard to find.
             let change = self.slope(u, h).inverse() * off;
             let ways = [1.0, 0.5, 0.25, 0.125, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0];
             let nexts = ways.into_iter().map(|part| u - change * part).map(|next| (next, miss(next)));
@@ -204,14 +207,14 @@ impl FreeBody {
         let moment = &self.moment;
         let trace = moment.x_axis.x + moment.y_axis.y + moment.z_axis.z;
         if off.length() > SOLVED * trace * u.length() {
-            // It turns as if its inertia were alike in all directions: no energy is gained so.
+            // It turns as if its inertia were the same in all directions, which adds no energy.
             return self.inverse_moment * goal;
         }
         *m = turn(-u, h) * goal;
         u
     }
 
-    /// The derivative of I u + s u x I u by u.
+    /// Returns the derivative of I u + s u x I u by u.
     fn slope(&self, u: DVec3, h: f64) -> DMat3 {
         let along = self.moment * u;
         let s = half_turn(u, h);
@@ -231,7 +234,7 @@ impl FreeBody {
     }
 }
 
-/// s = tan(h |u| / 2) / |u|.
+/// Returns s = tan(h |u| / 2) / |u|.
 fn half_turn(u: DVec3, h: f64) -> f64 {
     let square = u.length_squared() * h * h;
     let factor = if square < SMALL {
@@ -243,10 +246,10 @@ fn half_turn(u: DVec3, h: f64) -> f64 {
     0.5 * h * factor
 }
 
-/// The square of a turn below which its tangent is a series, with an error below rounding.
+/// Square of the turn below which its tangent is computed as a series, with an error below rounding.
 const SMALL: f64 = 1e-5;
 
-/// The turn by h times an angular velocity.
+/// Returns the rotation by h times an angular velocity.
 fn turn(angular: DVec3, h: f64) -> DQuat {
     DQuat::from_scaled_axis(angular * h)
 }

@@ -24,10 +24,10 @@ pub struct Symmetric<R: Real = f64> {
 }
 
 impl Symmetric {
-    /// Nothing.
+    /// Zero matrix.
     pub const ZERO: Self = Self { xx: 0.0, xy: 0.0, xz: 0.0, yy: 0.0, yz: 0.0, zz: 0.0 };
 
-    /// Of a matrix that is symmetric: its upper triangle.
+    /// Creates it from a symmetric matrix, of which it reads the upper triangle.
     pub fn of(m: &DMat3) -> Self {
         Self {
             xx: m.x_axis.x,
@@ -41,28 +41,28 @@ impl Symmetric {
 }
 
 impl<R: Real> Symmetric<R> {
-    /// `factor` on the diagonal.
+    /// Creates it with `factor` on the diagonal.
     #[inline(always)]
     pub fn scalar(factor: R) -> Self {
         let zero = factor.splat(0.0);
         Self { xx: factor, xy: zero, xz: zero, yy: factor, yz: zero, zz: factor }
     }
 
-    /// All nine entries.
+    /// Returns all nine entries.
     #[inline(always)]
     pub fn matrix(&self) -> R::Matrix {
         let Self { xx, xy, xz, yy, yz, zz } = *self;
         R::Matrix::of([R::Vector::of([xx, xy, xz]), R::Vector::of([xy, yy, yz]), R::Vector::of([xz, yz, zz])])
     }
 
-    /// `self v`.
+    /// Returns `self v`.
     #[inline(always)]
     pub fn times(&self, v: R::Vector) -> R::Vector {
         let (Self { xx, xy, xz, yy, yz, zz }, [x, y, z]) = (*self, v.parts());
         R::Vector::of([xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z])
     }
 
-    /// `r self r'`.
+    /// Returns `r self r'`.
     #[inline(always)]
     pub fn turned(&self, r: &R::Matrix) -> Self {
         let [x, y, z] = r.transposed().columns();
@@ -77,7 +77,7 @@ impl<R: Real> Symmetric<R> {
         }
     }
 
-    /// `self - factor a a'`.
+    /// Returns `self - factor a a'`.
     #[inline(always)]
     pub fn without(&self, a: R::Vector, factor: R) -> Self {
         let ([x, y, z], [a, b, c]) = (a.parts(), (a * factor).parts());
@@ -91,7 +91,7 @@ impl<R: Real> Symmetric<R> {
         }
     }
 
-    /// The largest entry of the diagonal.
+    /// Returns the largest entry of the diagonal.
     #[inline(always)]
     pub fn largest(&self) -> R {
         self.xx.max(self.yy).max(self.zz)

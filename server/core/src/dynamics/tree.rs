@@ -1,7 +1,7 @@
-//! A robot as a tree of moving bodies: what never changes while it moves.
+//! A robot as a tree of moving bodies: its immutable structure.
 //!
-//! Links that fixed joints connect are one body. A body's frame has its origin at
-//! its joint and, for joints of one axis, its z along that axis.
+//! Links that fixed joints connect are one body. A body's frame has its origin at its joint and, for joints
+//! of one axis, its z along that axis.
 
 use std::ops::Range;
 
@@ -16,12 +16,11 @@ use super::spherical::NEXT_AXIS;
 /// A robot as a tree of moving bodies, parents before children.
 #[derive(Debug)]
 pub struct Tree {
-    /// In the depth-first order of the model; a free root is the first.
+    /// Bodies in the depth-first order of the model; a free root is the first.
     pub bodies: Vec<Body>,
-    /// One for each link of the model.
+    /// Frame of each link of the model.
     pub links: Vec<LinkFrame>,
-    /// One for each joint of the model: its bodies; none for a fixed joint, three
-    /// for a planar or spherical one.
+    /// Bodies of each joint of the model: none for a fixed joint, three for a planar or spherical one.
     pub joints: Vec<Range<usize>>,
     /// Joints that follow others.
     pub mimics: Vec<MimicPair>,
@@ -29,52 +28,51 @@ pub struct Tree {
     pub position_count: usize,
     /// Length of the velocity vector.
     pub velocity_count: usize,
-    /// The root link cannot move.
+    /// Whether the root link cannot move.
     pub fixed_base: bool,
-    /// Where there is one body, and it is free.
+    /// Inertia of the body if it is the only one and free.
     pub single: Option<SingleBody>,
 }
 
-/// What a rigid body that moves alone resists with.
+/// Inertia of a rigid body that moves alone.
 #[derive(Clone, Copy, Debug)]
 pub struct SingleBody {
-    /// 1/kg.
+    /// Inverse of the mass, 1/kg.
     pub inverse_mass: f64,
-    /// Its centre of mass, in its own frame.
+    /// Centre of mass in the body's frame, metres.
     pub center: DVec3,
-    /// The inverse of its moment about that centre, in its own axes.
+    /// Inverse of the moment about that centre, body axes.
     pub inverse_moment: DMat3,
 }
 
 /// A body that moves on a joint.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// The body that it hangs on; `None` is the base: the fixed root link, or the
-    /// world where the root is free.
+    /// Parent body; `None` is the base: the fixed root link, or the world if the root is free.
     pub parent: Option<usize>,
-    /// How it moves.
+    /// Type of its joint.
     pub joint_type: JointType,
     /// `parent_from_body` at position zero.
     pub at_zero: Placement,
-    /// Of all its links, in its own frame.
+    /// Inertia of all its links, in its own frame.
     pub inertia: Rigid,
-    /// Where its positions begin; those of a ball joint's three bodies are the same four.
+    /// First of its positions; a ball joint's three bodies share four.
     pub position: usize,
-    /// Where its velocities begin.
+    /// First of its velocities.
     pub velocity: usize,
-    /// The joint of the model; `None` for a free root.
+    /// Joint of the model; `None` for a free root.
     pub joint: Option<usize>,
 }
 
-/// How a body moves in its parent's frame.
+/// Motion of a body in its parent's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointType {
     /// Turns about its z: one position, one velocity.
     Revolute,
     /// Slides along its z: one position, one velocity.
     Prismatic,
-    /// Turns about its z, which is one of the three axes of a ball joint; see [`spherical`](super::spherical). One velocity; the
-    /// first has the position of all three, a quaternion x y z w, and the others have none.
+    /// Turns about its z, one of the three axes of a ball joint; see [`spherical`](super::spherical). One
+    /// velocity. The first has the position of all three, a quaternion x y z w; the others have none.
     Spherical {
         /// 0, 1 or 2: x, y or z of the last of the three.
         axis: u8,
@@ -82,15 +80,15 @@ pub enum JointType {
     /// Six degrees of freedom. Positions: origin x y z, quaternion x y z w. Velocities:
     /// linear of the origin in the parent's axes, then angular in its own.
     Free {
-        /// Its index among the tree's free bodies.
+        /// Index among the tree's free bodies.
         slot: usize,
     },
 }
 
-/// Where a link is.
+/// Location of a link.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkFrame {
-    /// The body that it belongs to; `None` is the base.
+    /// Body that it belongs to; `None` is the base.
     pub body: Option<usize>,
     /// `body_from_link`.
     pub body_from_link: DPose3,
@@ -99,18 +97,18 @@ pub struct LinkFrame {
 /// `position of follower = multiplier * position of leader + offset`.
 #[derive(Clone, Copy, Debug)]
 pub struct MimicPair {
-    /// Body that follows.
+    /// Following body.
     pub follower: usize,
-    /// Body that is followed.
+    /// Leading body.
     pub leader: usize,
-    /// rad or m for each rad or m.
+    /// Multiplier, rad or m for each rad or m.
     pub multiplier: f64,
-    /// rad or m.
+    /// Offset, rad or m.
     pub offset: f64,
 }
 
 impl JointType {
-    /// Positions that it takes.
+    /// Returns its number of positions.
     pub fn positions(self) -> usize {
         match self {
             Self::Revolute | Self::Prismatic => 1,
@@ -120,7 +118,7 @@ impl JointType {
         }
     }
 
-    /// Velocities that it takes.
+    /// Returns its number of velocities.
     pub fn velocities(self) -> usize {
         match self {
             Self::Revolute | Self::Prismatic | Self::Spherical { .. } => 1,
@@ -130,12 +128,13 @@ impl JointType {
 }
 
 impl Tree {
-    /// The tree of a robot whose root link is fixed or free.
+    /// Creates the tree of a robot whose root link is fixed or free.
     pub fn new(model: &RobotModel, fixed_base: bool) -> Self {
         Self::with_masses(model, fixed_base, |_link| 1.0)
     }
 
-    /// The same with the mass and the inertia of each link, by its index, multiplied by a factor; its centre of mass stays.
+    /// Like [`new`](Self::new), with the mass and the inertia of each link multiplied by a factor of its
+    /// index; its centre of mass stays.
     pub fn with_masses(model: &RobotModel, fixed_base: bool, factor: impl Fn(usize) -> f64) -> Self {
         let mut tree = Self {
             bodies: Vec::new(),
@@ -177,18 +176,18 @@ impl Tree {
         tree
     }
 
-    /// Whether a joint of the model turns or slides about one axis.
+    /// Returns whether a joint of the model turns or slides about one axis.
     pub fn has_one_axis(&self, joint: usize) -> bool {
         let bodies = self.joints.get(joint).map_or(&[][..], |bodies| &self.bodies[bodies.clone()]);
         matches!(bodies, [body] if !matches!(body.joint_type, JointType::Free { .. }))
     }
 
-    /// How many bodies have six degrees of freedom.
+    /// Returns the number of bodies with six degrees of freedom.
     pub fn free_bodies(&self) -> usize {
         self.bodies.iter().filter(|body| matches!(body.joint_type, JointType::Free { .. })).count()
     }
 
-    /// Of each velocity the one that is next on the way to the root.
+    /// Returns for each velocity the next one on the way to the root.
     pub fn velocity_parents(&self) -> impl Iterator<Item = Option<usize>> {
         self.bodies.iter().flat_map(|body| {
             let last = |parent: usize| {
@@ -201,17 +200,17 @@ impl Tree {
         })
     }
 
-    /// Positions of the root: 7 where it is free, else 0.
+    /// Returns the number of the root's positions: 7 if it is free, else 0.
     pub fn root_positions(&self) -> usize {
         if self.fixed_base { 0 } else { 7 }
     }
 
-    /// Velocities of the root: 6 where it is free, else 0.
+    /// Returns the number of the root's velocities: 6 if it is free, else 0.
     pub fn root_velocities(&self) -> usize {
         if self.fixed_base { 0 } else { 6 }
     }
 
-    /// Adds the bodies of a joint, and says where its child link is.
+    /// Adds the bodies of a joint, and returns the frame of its child link.
     fn attach(&mut self, index: usize, joint: &Joint) -> LinkFrame {
         let parent = self.links[joint.parent];
         let body_from_joint = parent.body_from_link * joint.parent_from_joint;
@@ -231,7 +230,7 @@ impl Tree {
                 one_axis(self, JointType::Prismatic, parent.body, body_from_joint, joint.axis)
             }
             JointKind::Planar => {
-                // Two slides through bodies without mass, then a turn about the normal.
+                // Two prismatic axes through bodies without mass, then a turn about the normal.
                 let plane = DQuat::from_rotation_arc(DVec3::Z, joint.axis);
                 let mut at = LinkFrame { body: parent.body, body_from_link: body_from_joint };
                 for (joint_type, axis) in [
@@ -269,7 +268,7 @@ impl Tree {
         joint: Option<usize>,
     ) -> usize {
         let position = match joint_type {
-            // Those of the first one.
+            // Those of the first body.
             JointType::Spherical { axis: 1.. } => self.position_count - 4,
             _ => self.position_count,
         };
@@ -288,7 +287,7 @@ impl Tree {
     }
 }
 
-/// A link's inertia in the frame of its body.
+/// Returns a link's inertia in the frame of its body.
 fn inertia_in_body(inertial: &Inertial, body_from_link: DPose3) -> Rigid {
     let rotation = DMat3::from_quat(body_from_link.rotation);
     Rigid::new(
@@ -298,7 +297,7 @@ fn inertia_in_body(inertial: &Inertial, body_from_link: DPose3) -> Rigid {
     )
 }
 
-/// The pairs of joints of one axis each, where one follows the other.
+/// Returns the pairs of one-axis joints of which one follows the other.
 fn mimics(model: &RobotModel, joints: &[Range<usize>]) -> Vec<MimicPair> {
     let single = |joint: usize| joints.get(joint).filter(|bodies| bodies.len() == 1).map(|b| b.start);
     model

@@ -1,16 +1,18 @@
-//! Sines and cosines of joints' positions, of one number or of one a lane: the same operations in the same order, none of them
-//! fused, so that both have the same bits, on every processor and with every library of mathematics.
+//! Sines and cosines of joint positions, for one number or for lanes. Both use the same operations in the
+//! same order, none of them fused. Both have the same bits on every processor and with every mathematics
+//! library.
 //!
 //! Reduction by Cody and Waite, polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`).
 
 use super::real::{MaskOf, Real};
 
-/// Larger angles are for the system's functions, radians: up to here a multiple of the first part of pi / 2 is exact.
+/// Largest angle of these functions, radians; the system's functions handle larger ones. Up to here a
+/// multiple of the first part of pi / 2 is exact.
 pub const LARGEST: f64 = 1_048_576.0;
 
-/// Its sum with a number that is not large is rounded to an integer.
+/// Constant that rounds: its sum with a moderate number is an integer.
 const ROUNDS: f64 = 1.5 / f64::EPSILON;
-/// 33 bits of pi / 2, and the rest.
+/// First 33 bits of pi / 2, and the rest.
 const HALF_PI: f64 = 1.570_796_326_734_125_6;
 const HALF_PI_REST: f64 = 6.077_100_506_506_192e-11;
 
@@ -31,23 +33,23 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Sine and cosine, radians.
+/// Returns sine and cosine of an angle, radians.
 #[inline]
 pub fn sin_cos(angle: f64) -> (f64, f64) {
     if angle.abs() <= LARGEST { sin_cos_of_moderate(angle) } else { angle.sin_cos() }
 }
 
-/// The same of an angle up to [`LARGEST`].
+/// Returns sine and cosine of an angle up to [`LARGEST`], radians.
 #[inline(always)]
 pub fn sin_cos_of_moderate<R: Real>(angle: R) -> (R, R) {
     let count = rounded(angle * angle.splat(std::f64::consts::FRAC_2_PI));
     let from_first = angle - count * angle.splat(HALF_PI);
     let rest = count * angle.splat(HALF_PI_REST);
     let x = from_first - rest;
-    // What rounding left of the angle.
+    // Rounding error of the reduced angle.
     let t = (from_first - x) - rest;
     let (sin, cos) = (sine(x, t), cosine(x, t));
-    // Quarters of a turn beyond whole ones: -2 to 2.
+    // Quarter turns beyond whole turns: -2 to 2.
     let quarters = count - angle.splat(4.0) * rounded(count * angle.splat(0.25));
     let square = quarters * quarters;
     let is_odd = square.equals(square.splat(1.0));
@@ -60,13 +62,13 @@ pub fn sin_cos_of_moderate<R: Real>(angle: R) -> (R, R) {
     )
 }
 
-/// To the nearest integer; of two the even one.
+/// Rounds to the nearest integer, ties to even.
 #[inline(always)]
 fn rounded<R: Real>(number: R) -> R {
     number + number.splat(ROUNDS) - number.splat(ROUNDS)
 }
 
-/// Of an angle `x + t` of at most pi / 4, whose second part is small.
+/// Returns the sine of `x + t`, at most pi / 4, where `t` is small.
 #[inline(always)]
 fn sine<R: Real>(x: R, t: R) -> R {
     let [s1, s2, s3, s4, s5, s6] = SINE;
@@ -77,7 +79,7 @@ fn sine<R: Real>(x: R, t: R) -> R {
     x - ((z * (x.splat(0.5) * t - v * r) - t) - v * x.splat(s1))
 }
 
-/// The same for the cosine.
+/// Returns the cosine of `x + t`, at most pi / 4, where `t` is small.
 #[inline(always)]
 fn cosine<R: Real>(x: R, t: R) -> R {
     let [c1, c2, c3, c4, c5, c6] = COSINE;
@@ -96,7 +98,7 @@ mod tests {
 
     use super::*;
 
-    /// Of both, from the system's functions, in units of 2^-53.
+    /// Returns the larger error of both against the system's functions, in units of 2^-53.
     fn error(angle: f64) -> f64 {
         let (sin, cos) = sin_cos(angle);
         (sin - angle.sin()).abs().max((cos - angle.cos()).abs()) * 2.0 / f64::EPSILON
@@ -107,7 +109,7 @@ mod tests {
         let mut largest = 0.0f64;
         for scale in [1e-8, 1.0, 10.0, 1e3, LARGEST] {
             for i in 0..100_000 {
-                // Spread by the golden ratio.
+                // Distributed by the golden ratio.
                 let spread = (f64::from(i) * 0.618_033_988_749_894_9).fract();
                 largest = largest.max(error((2.0 * spread - 1.0) * scale));
             }

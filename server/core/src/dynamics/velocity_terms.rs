@@ -1,10 +1,11 @@
-//! Coriolis, centrifugal and gyroscopic terms taken at the mean of the old and the new velocities, for trees in which
-//! something spins fast.
+//! Coriolis, centrifugal and gyroscopic terms at the mean of the old and the new velocities, for trees in
+//! which a body spins fast.
 //!
-//! With b(q, v) these terms, which are quadratic in v, the step is M (u+ - u) + h b(q, (u + u+) / 2) = h f: the implicit
-//! midpoint rule. Where M does not change (a flywheel on a free base) it keeps u' M u exactly, since v' b(q, v) = 0
-//! then. It is solved by iteration, and where that does not settle fast, by Newton's method with the derivative of the
-//! terms at the extrapolated velocities: MuJoCo's `implicit` does one iteration of that.
+//! Let b(q, v) be these terms, which are quadratic in v. The step is `M (u+ - u) + h b(q, (u + u+) / 2) = h
+//! f`, the implicit midpoint rule. If M is constant (a flywheel on a free base) it keeps u' M u exactly,
+//! since v' b(q, v) = 0 then. It is solved by iteration. If this does not converge fast, Newton's method with
+//! the derivative of the terms at the extrapolated velocities solves it. MuJoCo's `implicit` does one
+//! iteration of Newton's method.
 
 use glamx::{DMat3, DVec3};
 
@@ -16,34 +17,35 @@ use super::spatial::Spatial;
 use super::spherical::velocity_product;
 use super::tree::{JointType, Tree};
 
-/// A robot of which a body turns by more than this within a step has its velocity terms solved for, radians.
+/// Turn of a body in a step from which its robot's velocity terms are solved for, radians.
 ///
-/// The nutation of a body, and that of a base with a flywheel in it, is at most twice as fast as what spins. Leapfrog
-/// with extrapolated velocities takes from a nutation of k rad a step the part k^4 / 4 of its energy in each step, and
-/// makes it grow from 0.7 rad on.
+/// The nutation of a body, or of a base with a flywheel in it, is at most twice as fast as the spin. At k rad
+/// a step, leapfrog with extrapolated velocities removes the part k^4 / 4 of a nutation's energy in each
+/// step. From 0.7 rad on it makes the nutation grow.
 pub(super) const FAST: f64 = 0.1;
 
-/// Degrees of freedom up to which the derivative is used. It costs their cube and has the memory of their square: with
-/// so many as long as sixty steps, with a thousand a quarter of a second.
+/// Largest number of degrees of freedom for which the derivative is used. Its cost is cubic and its memory
+/// quadratic: with 64 it takes as long as sixty steps, with a thousand a quarter of a second.
 const MOST_FACTORISED: usize = 64;
 
-/// Iterations at the most; five to ten are the rule.
+/// Maximum number of iterations; five to ten are usual.
 const MAX_ITERATIONS: usize = 20;
 
-/// Plain iteration goes on as long as each change is at most this part of the one before.
+/// Plain iteration continues while each change is at most this part of the one before.
 const CONTRACTS: f64 = 0.1;
 
-/// Ends when no velocity changes by more than this part of the largest.
+/// Iteration ends when no velocity changes by more than this part of the largest.
 const SETTLED: f64 = 1e-13;
 
-/// The memory of it.
+/// Memory of the solver.
 #[derive(Debug)]
 pub struct VelocityTerms {
     bodies: Vec<Moving>,
-    /// 1 + h/2 M^-1 db/dv, factorised, row by row; as large as it ever had to be, and at most [`MOST_FACTORISED`] squared.
+    /// 1 + h/2 M^-1 db/dv, factorised, row by row. It has the largest size that was needed, at most
+    /// [`MOST_FACTORISED`] squared.
     matrix: Vec<f64>,
     pivots: Vec<usize>,
-    /// The terms at the extrapolated velocities.
+    /// Terms at the extrapolated velocities.
     explicit: Vec<f64>,
     terms: [Vec<f64>; 2],
     velocities: Vec<f64>,
@@ -53,7 +55,7 @@ pub struct VelocityTerms {
     solved: Vec<f64>,
 }
 
-/// Of one body, base axes.
+/// State of one body, base axes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moving {
     inertia: Rigid,
@@ -62,14 +64,14 @@ struct Moving {
     force: Spatial,
 }
 
-/// Whether a body turns so fast that its robot needs [`VelocityTerms::solve`].
+/// Returns whether a body turns so fast that its robot needs [`VelocityTerms::solve`].
 pub fn is_fast(scratch: &Scratch, h: f64) -> bool {
     let most = FAST / h;
     scratch.bodies.iter().any(|body| body.velocity.angular.length_squared() > most * most)
 }
 
 impl VelocityTerms {
-    /// For robots of this tree. The matrix has its memory when it is needed.
+    /// Creates the memory for robots of this tree. The matrix is allocated when it is needed.
     pub fn new(tree: &Tree) -> Self {
         let list = || vec![0.0; tree.velocity_count];
         Self {
@@ -85,12 +87,12 @@ impl VelocityTerms {
         }
     }
 
-    /// Changes `new`, the velocities after a step of `h` from `half` with the terms at `qd`, into those with the
-    /// terms at their mean. Needs kinematics, and IA, U and D of this step.
+    /// Changes `new`, the velocities after a step of `h` from `half` with the terms at `qd`, to those with
+    /// the terms at their mean. Needs kinematics, and IA, U and D of this step.
     ///
-    /// O(n) an iteration, n the degrees of freedom; O(n^2) for the matrix and O(n^3) to factorise it where it is needed
-    /// and n is at most [`MOST_FACTORISED`]. Above that iteration is all there is, and where it does not settle
-    /// the terms stay those at `qd`.
+    /// An iteration costs O(n) for n degrees of freedom. If the matrix is needed and n is at most
+    /// [`MOST_FACTORISED`], it costs O(n^2) and its factors O(n^3). Above that, only iteration is used. If it
+    /// does not converge, the terms stay at `qd`.
     pub fn solve(
         &mut self,
         tree: &Tree,
@@ -145,13 +147,15 @@ impl VelocityTerms {
         }
     }
 
-    /// Keeps `predicted`, the velocities after a step without constraints, for [`begin_balance`](Self::begin_balance).
+    /// Stores `predicted`, the velocities after a step without constraints, for
+    /// [`begin_balance`](Self::begin_balance).
     pub fn keep(&mut self, predicted: &[f64]) {
         self.first.copy_from_slice(predicted);
     }
 
-    /// Prepares [`balance`](Self::balance) for the velocities that were [kept](Self::keep): those after a step from `half` with the terms at
-    /// `qd`, or with those that [`solve`](Self::solve) found, if they `are_solved`. Needs kinematics, and IA, U and D of this step.
+    /// Prepares [`balance`](Self::balance) for the velocities that were [kept](Self::keep). These follow from
+    /// a step from `half` with the terms at `qd`, or with those of [`solve`](Self::solve) if they
+    /// `are_solved`. Needs kinematics, and IA, U and D of this step.
     pub fn begin_balance(
         &mut self,
         tree: &Tree,
@@ -173,7 +177,8 @@ impl VelocityTerms {
         }
     }
 
-    /// Prepares [`balance`](Self::balance) for `halved`, the velocities after half of a kick from `given` ones with the terms at these.
+    /// Prepares [`balance`](Self::balance) for `halved`, the velocities after half of a kick from `given`
+    /// ones with the terms at `given`.
     pub fn begin_half_kick(
         &mut self,
         tree: &Tree,
@@ -189,11 +194,11 @@ impl VelocityTerms {
         self.explicit.iter_mut().zip(at_given).for_each(|(explicit, term)| *explicit = 0.5 * term);
     }
 
-    /// Replaces `new`, an estimate of the velocities after the step, by those with the mean of the terms at the old velocities and at the
-    /// estimate: M (u+ - u) + h/2 (b(q, u) + b(q, u+)) = h f. O(n).
+    /// Replaces `new`, an estimate of the velocities after the step, by those with the mean of the terms at
+    /// both: `M (u+ - u) + h/2 (b(q, u) + b(q, u+)) = h f`. O(n).
     ///
-    /// Velocity terms carry the momentum of bodies from axes to axes. They are quadratic, so that those at the mean velocity lose
-    /// b(q, u+ - u) / 4 if an actuator changes velocities within a step.
+    /// Velocity terms carry the momentum of bodies from axes to axes. They are quadratic: terms at the mean
+    /// velocity lose b(q, u+ - u) / 4 if an actuator changes velocities within a step.
     pub fn balance(&mut self, tree: &Tree, q: &[f64], h: f64, scratch: &Scratch, new: &mut [f64]) {
         self.velocities.copy_from_slice(new);
         self.find_terms(tree, q, scratch, 0);
@@ -206,8 +211,9 @@ impl VelocityTerms {
         }
     }
 
-    /// The change of velocities by the impulses of `change`, each joint's impulse taken by a part of its own: M^-1 T M
-    /// `change`, with M as the step has it. Needs IA, U and D of this step. O(n).
+    /// Returns the change of velocities by the impulses of `change`, where each joint's impulse is multiplied
+    /// by its own part. This is `M^-1 T M change`, with the M of the step. Needs IA, U and D of this step.
+    /// O(n).
     pub fn part_of(
         &mut self,
         tree: &Tree,
@@ -235,7 +241,7 @@ impl VelocityTerms {
         for (i, (body, at)) in tree.bodies.iter().zip(&scratch.bodies).enumerate() {
             let efforts = &mut self.terms[0][body.velocity..];
             if !matches!(body.joint_type, JointType::Free { .. }) && at.inverse_d > 0.0 {
-                // What armature, springs and dampers add to D.
+                // Armature, springs and dampers in D.
                 let own = along(body.joint_type, at.column, at.rotation.z_axis);
                 efforts[0] += (1.0 / at.inverse_d - own) * change[body.velocity];
             }
@@ -245,9 +251,10 @@ impl VelocityTerms {
         &self.response
     }
 
-    /// Takes `velocities` along where positions go by h times `way` beside them, so that kinetic energy is kept in first order: parallel
-    /// transport with the connection of M, v' = v - h M^-1 B(way, v), B the symmetric form of the velocity terms, and in velocities about a body's own
-    /// axes less h/2 way x v (Bullo and Lewis, "Geometric Control of Mechanical Systems" (2005), section 4.4). O(n).
+    /// Transports `velocities` along a displacement of h times `way`, so that kinetic energy is kept in first
+    /// order. This is parallel transport with the connection of M, v' = v - h M^-1 B(way, v), where B is the
+    /// symmetric form of the velocity terms. Velocities about a body's own axes also lose h/2 way x v (Bullo
+    /// and Lewis, "Geometric Control of Mechanical Systems" (2005), section 4.4). O(n).
     pub fn transport(
         &mut self,
         tree: &Tree,
@@ -289,8 +296,8 @@ impl VelocityTerms {
         }
     }
 
-    /// The terms at `velocities`, into the list of this number: the efforts that keep them as they are without gravity
-    /// (Featherstone table 5.1).
+    /// Computes the terms at `velocities` into the list of this number: the efforts that keep the velocities
+    /// constant without gravity (Featherstone table 5.1).
     fn find_terms(&mut self, tree: &Tree, q: &[f64], scratch: &Scratch, list: usize) {
         for (i, body) in tree.bodies.iter().enumerate() {
             let above = body.parent.map_or(Moving::default(), |parent| self.bodies[parent]);
@@ -325,7 +332,7 @@ impl VelocityTerms {
         self.project_forces(tree, q, scratch, list);
     }
 
-    /// S' of each body's force and of all that hangs on it, into the list of this number.
+    /// Writes S' of the force on each body and its subtree into the list of this number.
     fn project_forces(&mut self, tree: &Tree, q: &[f64], scratch: &Scratch, list: usize) {
         for (i, body) in tree.bodies.iter().enumerate().rev() {
             let (at, force) = (&scratch.bodies[i], self.bodies[i].force);
@@ -346,8 +353,8 @@ impl VelocityTerms {
         }
     }
 
-    /// 1 + h/2 M^-1 db/dv at `qd`, column by column, and its factors. The terms are quadratic: differences of any
-    /// width give the derivative exactly.
+    /// Computes 1 + h/2 M^-1 db/dv at `qd`, column by column, and its factors. The terms are quadratic:
+    /// differences of any width give the exact derivative.
     fn factorise(&mut self, tree: &Tree, q: &[f64], qd: &[f64], h: f64, scratch: &Scratch) {
         let n = qd.len();
         self.matrix.resize(n * n, 0.0);
@@ -369,7 +376,7 @@ impl VelocityTerms {
                 self.matrix[i * n + j] = f64::from(i == j) + 0.5 * h * response;
             }
         }
-        // L U with rows exchanged (Golub and Van Loan, algorithm 3.4.1).
+        // L U with row exchanges (Golub and Van Loan, algorithm 3.4.1).
         for k in 0..n {
             let size = |row: &usize| self.matrix[row * n + k].abs();
             let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
@@ -389,7 +396,7 @@ impl VelocityTerms {
         }
     }
 
-    /// Solves for `response`, in place.
+    /// Solves for `response` in place.
     fn back_substitute(&mut self) {
         let Self { matrix, pivots, response, .. } = self;
         let n = response.len();
@@ -407,7 +414,8 @@ impl VelocityTerms {
         }
     }
 
-    /// `response` = M^-1 of the first list of terms, with M as the step has it, by one backward and one forward pass.
+    /// Computes `response` = M^-1 times the first list of terms, with the M of the step, by one backward and
+    /// one forward pass.
     fn apply_inverse(&mut self, tree: &Tree, q: &[f64], scratch: &Scratch) {
         let Self { bodies, terms: [efforts, _], response, .. } = self;
         bodies.iter_mut().for_each(|body| body.force = Spatial::ZERO);
@@ -424,7 +432,8 @@ impl VelocityTerms {
                     }
                 }
                 JointType::Free { .. } => {
-                    // The map from motion to velocities only turns: its inverse takes efforts to forces.
+                    // The map from motion to velocities is only a rotation: its inverse converts efforts to
+                    // forces.
                     let (_, rotation) = free_pose(&q[body.position..]);
                     let linear = rotation.inverse() * DVec3::new(effort[0], effort[1], effort[2]);
                     let angular = DVec3::new(effort[3], effort[4], effort[5]);
@@ -456,7 +465,7 @@ impl VelocityTerms {
     }
 }
 
-/// A free body's own motion in the base's axes, from six velocities or changes of them.
+/// Returns a free body's own motion in the base's axes, from six velocities or changes of them.
 fn free_motion(q: &[f64], base_from_body: &DMat3, values: &[f64]) -> Spatial {
     let (_, rotation) = free_pose(q);
     let linear = rotation.inverse() * DVec3::new(values[0], values[1], values[2]);

@@ -1,10 +1,10 @@
-//! The diagonal block of a node, factorised along the tree of its rows.
+//! Diagonal block of a node, factorised along the tree of its rows.
 
 use std::ops::Range;
 
 use crate::dynamics::real::Real;
 
-/// The rows of a node as a tree, see [`BlockCholesky`](super::BlockCholesky).
+/// Rows of a node as a tree, see [`BlockCholesky`](super::BlockCholesky).
 #[derive(Clone, Copy)]
 pub(super) struct Branches<'a> {
     pub(super) parents: &'a [usize],
@@ -12,7 +12,7 @@ pub(super) struct Branches<'a> {
 }
 
 impl Branches<'_> {
-    /// The ancestors of a row in runs, from the row itself or from its parent on.
+    /// Returns the ancestors of a row in runs, starting with the row itself or with its parent.
     #[inline]
     fn runs(self, mut end: usize) -> impl Iterator<Item = Range<usize>> {
         std::iter::from_fn(move || {
@@ -22,7 +22,7 @@ impl Branches<'_> {
         })
     }
 
-    /// L' D L in place.
+    /// Factorises as L' D L in place.
     pub(super) fn factorise(self, matrix: &mut [f64], inverse: &mut [f64]) -> bool {
         let n = inverse.len();
         for k in (0..n).rev() {
@@ -33,8 +33,8 @@ impl Branches<'_> {
             }
             inverse[k] = 1.0 / diagonal;
             for run in self.runs(self.parents[k]) {
-                // The six of a free root are ancestors of all, and fast where the length is known. What is written above the
-                // diagonal is not read.
+                // The six rows of a free root are ancestors of all, and a known length is fast. Values
+                // written above the diagonal are never read.
                 if let (Range { start: 0, end: 6 }, Some(&root)) = (&run, row.first_chunk::<6>()) {
                     for i in 0..6 {
                         if let Some(target) = above[i * n..].first_chunk_mut::<6>() {
@@ -84,10 +84,10 @@ impl Branches<'_> {
     }
 }
 
-/// values -= factor * others.
+/// Computes values -= factor * others.
 #[inline(always)]
 pub(super) fn subtract_multiple(values: &mut [f64], factor: f64, others: &[f64]) {
-    // The six of a free root are the most frequent run, and fast where the length is known.
+    // The six rows of a free root are the most frequent run, and a known length is fast.
     if values.len() == 6
         && let (Some(values), Some(others)) = (values.first_chunk_mut::<6>(), others.first_chunk::<6>())
     {
@@ -97,7 +97,7 @@ pub(super) fn subtract_multiple(values: &mut [f64], factor: f64, others: &[f64])
     values.iter_mut().zip(others).for_each(|(value, other)| *value -= factor * other);
 }
 
-/// The sum of products, as four sums, so that none waits for the one before it.
+/// Returns the sum of products as four sums, so that none waits for the one before it.
 #[inline(always)]
 pub(in crate::dynamics) fn dot<R: Real>(zero: R, a: &[R], b: &[R]) -> R {
     let (fours, rest) = a.as_chunks::<4>();

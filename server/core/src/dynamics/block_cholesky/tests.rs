@@ -1,8 +1,8 @@
-//! Factors against the matrix that they are of.
+//! Factors against the matrix they come from.
 
 use super::*;
 
-/// A matrix of nodes of 1 to 4 rows in a ring with one chord, whose product with a known vector is solved.
+/// A matrix with nodes of 1 to 4 rows in a ring with one chord. Its product with a known vector is solved.
 #[test]
 fn solving_undoes_multiplying_where_elimination_fills_in() {
     let sizes = [3, 1, 4, 2, 3, 2];
@@ -17,7 +17,7 @@ fn solving_undoes_multiplying_where_elimination_fills_in() {
         sizes.iter().scan(0, |sum, size| Some(std::mem::replace(sum, *sum + size))).collect();
     let mut dense = vec![0.0; n * n];
     let mut matrix = BlockCholesky::default();
-    // Twice: the second begins in the memory of the first.
+    // Twice: the second uses the memory of the first.
     for _ in 0..2 {
         matrix.begin(sizes.into_iter());
         edges.iter().for_each(|&(a, b)| matrix.join(a, b));
@@ -59,7 +59,7 @@ fn solving_undoes_multiplying_where_elimination_fills_in() {
     }
 }
 
-/// A node that is a tree of seven rows, with another one that joins two of its leaves, alone and together with that one.
+/// A node that is a tree of seven rows, alone and with another one that joins two of its leaves.
 #[test]
 fn a_tree_is_solved_whether_or_not_another_node_joins_its_branches() {
     let parents = [None, Some(0), Some(1), Some(2), Some(1), Some(4), Some(0)];
@@ -70,7 +70,7 @@ fn a_tree_is_solved_whether_or_not_another_node_joins_its_branches() {
         }
         i == j
     };
-    // The other node is eliminated after the tree where it is long, and before it where it is short.
+    // The other node is eliminated after the tree if it is long, and before it if it is short.
     for other in [0, 2, 9] {
         let n = 7 + other;
         let mut dense = vec![0.0; n * n];
