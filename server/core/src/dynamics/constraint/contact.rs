@@ -1,4 +1,4 @@
-//! One point of contact as three rows: normal, and two tangents held by a cone of friction.
+//! A contact point as three rows: normal, and two tangents bounded by a friction cone.
 
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
@@ -8,62 +8,66 @@ use super::side::{Side, add_transposed};
 use crate::dynamics::contact_point::ContactPoint;
 use crate::plain::vector3;
 
-/// Points that touch may be this deep inside each other, metres: a contact that rests is found
-/// again in each step, and its normal with it, and nothing moves it.
+/// Allowed depth of touching points, metres. A resting contact, with its normal, is then found in each step,
+/// and nothing moves it.
 pub const SLOP: f64 = 2e-5;
 
-/// What rests is this deep, metres: points that arrive go on to here.
+/// Depth of resting points, metres; arriving points move to this depth.
 pub const REST: f64 = SLOP / 2.0;
 
-/// Points this much above [`REST`] count as there, metres: they neither fall nor press for the sake of rounding.
+/// Tolerance above [`REST`] within which points count as arrived, metres. They then neither fall nor press
+/// because of rounding.
 pub const AT_REST: f64 = 1e-9;
 
-/// What is hit by another hit may go this deep before it rebounds, metres.
+/// Maximum depth before the rebound of a hit that another hit causes, metres.
 const MOST_PASSED: f64 = 2e-3;
 
-/// The fraction of an overlap that position correction removes in a step.
+/// Part of an overlap that position correction removes in a step.
 pub const OVERLAP_REDUCTION: f64 = 0.2;
 
-/// Position correction moves no faster than this, m/s.
+/// Maximum velocity of position correction, m/s.
 pub const MAX_CORRECTION_VELOCITY: f64 = 1.0;
 
-/// A hit slower than this does not bounce, m/s; nor does one that gravity makes in two steps.
+/// Minimum speed of a hit that bounces, m/s, in addition to the speed that gravity adds in two steps.
 pub const BOUNCE_THRESHOLD: f64 = 0.01;
 
-/// A point at which two bodies touch or are about to.
+/// Point at which two bodies touch or are about to.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Contact {
     /// Indices of the two robots, the smaller first.
     pub robots: [usize; 2],
-    /// Its index among the points of the same colliders. Counted again where contacts are read.
+    /// Index among the points of the same colliders. Recounted when contacts are read.
     #[serde(skip)]
     pub index: usize,
-    /// Where, and on what.
+    /// Position, colliders and surface.
     pub point: ContactPoint,
-    /// On the second, world, N s; before solving that of the last step.
+    /// Impulse on the second robot, world, N s; before solving, the last step's.
     #[serde(with = "vector3")]
     pub impulse: DVec3,
-    /// The torque against rolling and spinning, times the step: on the second, world, N m s. The same.
+    /// Torque against rolling and spinning on the second robot, times the step, world, N m s; before solving,
+    /// the last step's.
     #[serde(with = "vector3")]
     pub turning_impulse: DVec3,
-    /// The impulse is the one of a solution with the least impulses, and not of sweeps.
+    /// Whether the impulse comes from a solution with the least impulses, and not from sweeps.
     pub is_least: bool,
-    /// The sum of the impulses of the parts of a step.
+    /// Sum of the impulses of a step's parts, N s.
     #[serde(with = "vector3")]
     pub total: DVec3,
-    /// How far the only point of two colliders has moved since the step before, world, metres; 0 where there are more, and where it is new.
+    /// Displacement of the only point of two colliders since the previous step, world, metres; 0 if there are
+    /// several points, or if it is new.
     #[serde(with = "vector3")]
     pub moved: DVec3,
-    /// The same where it moves on steadily, as that of a coin that rolls, and 0 elsewhere. Found again with the contact.
+    /// `moved` if the point moves steadily, as under a rolling coin, else 0. Recomputed with the contact.
     #[serde(skip)]
     pub wanders: DVec3,
 }
 
-/// The only point of two colliders moves steadily where its way differs from that of the step before by less than this part of it.
+/// Largest relative change of displacement from step to step at which the only point of two colliders moves
+/// steadily.
 pub const STEADY: f64 = 0.25;
 
 impl Contact {
-    /// A new one, without impulses.
+    /// Creates a contact without impulses.
     pub fn new(robots: [usize; 2], point: ContactPoint) -> Self {
         Self {
             robots,
@@ -78,19 +82,20 @@ impl Contact {
         }
     }
 
-    /// Takes the impulses of the one that it was in the part of a step before; sums of impulses begin anew where a step `begins`.
+    /// Copies the impulses of the same contact in the previous part of a step. Their sum starts from zero if
+    /// a step `begins`.
     pub fn go_on_from(&mut self, known: &Self, begins: bool) {
         let Self { impulse, turning_impulse, is_least, total, .. } = *known;
         (self.impulse, self.turning_impulse) = (impulse, turning_impulse);
         (self.is_least, self.total) = (is_least, if begins { DVec3::ZERO } else { total });
     }
 
-    /// Notes that nothing has acted here in a part of a step.
+    /// Clears the impulses: nothing acted here in a part of a step.
     pub fn skip_part(&mut self) {
         (self.impulse, self.turning_impulse, self.is_least) = (DVec3::ZERO, DVec3::ZERO, false);
     }
 
-    /// Notes how far it has come, where it is the only point of its colliders and was that before.
+    /// Records its displacement, if it is the only point of its colliders and was before.
     pub fn follow(&mut self, known: &Self) {
         self.moved = self.point.position - known.point.position;
         let is_steady = self.moved.distance(known.moved) < STEADY * self.moved.length();
@@ -98,8 +103,8 @@ impl Contact {
     }
 }
 
-/// Along a direction that no joint can move, J M^-1 J' is rounding: less than this part of what
-/// it is along all three. To divide by it would throw a robot away.
+/// Threshold of J M^-1 J' along a direction, as a part of the sum along all three. Below it no joint can move
+/// the point, and the value is rounding: dividing by it would eject a robot.
 pub const IMMOVABLE: f64 = 1e-12;
 
 /// A contact's three rows.
@@ -107,37 +112,37 @@ pub const IMMOVABLE: f64 = 1e-12;
 pub struct ContactRows {
     /// Index of the contact.
     pub contact: usize,
-    /// The second side has length 0 where only one can move.
+    /// Sides of the two robots; the second has length 0 if only one can move.
     pub sides: [Side; 2],
     /// Normal and tangents, world.
     pub axes: [DVec3; 3],
     /// Velocities along the axes without impulses.
     pub unloaded: [f64; 3],
-    /// The least normal velocity.
+    /// Minimum normal velocity, m/s.
     pub target: f64,
-    /// The tangent velocities of what does not slip.
+    /// Tangent velocities without slip, m/s.
     pub drift: [f64; 2],
-    /// The normal velocity of position correction.
+    /// Normal velocity of position correction, m/s.
     pub correction_velocity: f64,
-    /// The split impulse: that of position correction, which changes no velocity.
+    /// Impulse of position correction along the normal, which changes no velocity, N s.
     pub split_impulse: f64,
     /// J M^-1 J': nn, nt, nu, tt, tu, uu.
     pub effect: [f64; 6],
-    /// The inverse of its tangent part: tt, tu, uu.
+    /// Inverse of its tangent part: tt, tu, uu.
     pub inverse: [f64; 3],
-    /// The inverse of the largest effect along a tangent.
+    /// Inverse of the largest effect along a tangent.
     pub gradient_step: f64,
-    /// Coulomb's coefficient.
+    /// Coulomb's coefficient of friction.
     pub friction: f64,
-    /// Of the normal's row, J v + compliance p >= target, m/(N s²) times s: 1 / (h (h k + c)) of a spring k and a damper c,
-    /// and 0 where the surfaces are rigid.
+    /// Compliance of the normal's row, J v + compliance p >= target, m/(N s²) times s. It is 1 / (h (h k +
+    /// c)) for a spring k and a damper c, and 0 if the surfaces are rigid.
     pub compliance: f64,
-    /// Normal and tangents, N s.
+    /// Impulses along normal and tangents, N s.
     pub impulse: [f64; 3],
 }
 
 impl ContactRows {
-    /// Velocities of the second body's point against the first's, along the axes.
+    /// Returns the velocities of the second body's point relative to the first's, along the axes.
     #[inline]
     pub fn velocities(&self, blocks: &[f64], velocities: &[f64]) -> [f64; 3] {
         let mut sums = [[0.0; 2]; 3];
@@ -146,14 +151,14 @@ impl ContactRows {
         sums.map(|[even, odd]| even + odd)
     }
 
-    /// The normal velocity, and by how much tangent velocities are not those of what does not slip.
+    /// Returns the normal velocity, and the tangent velocities relative to those without slip.
     #[inline]
     pub fn slip(&self, blocks: &[f64], velocities: &[f64]) -> [f64; 3] {
         let [n, t, u] = self.velocities(blocks, velocities);
         [n, t - self.drift[0], u - self.drift[1]]
     }
 
-    /// Gives the velocities an impulse along the axes.
+    /// Applies an impulse along the axes to the velocities.
     #[inline]
     pub fn apply_impulse(&self, blocks: &[f64], impulse: [f64; 3], velocities: &mut [f64]) {
         self.sides[0].apply_impulse(blocks, impulse, velocities);
@@ -170,7 +175,7 @@ impl ContactRows {
         }
     }
 
-    /// Takes J M^-1 J' from the blocks.
+    /// Computes J M^-1 J' from the blocks.
     #[inline(always)]
     pub fn measure(&mut self, blocks: &[f64]) {
         let mut effect = [0.0; 6];
@@ -183,22 +188,24 @@ impl ContactRows {
         (self.inverse, self.gradient_step) = inverse_of_tangents(effect);
     }
 
-    /// The least normal velocity for a step of `h`, from the velocities before the step and the
-    /// unloaded ones; and the velocity of position correction. `gravity` is its size, and `turning` the velocities here
-    /// with which the point that is touched in the middle of the step has none. Along the tangents, what friction holds so keeps its
-    /// place to second order: with tangent velocities of 0 a thing on a turntable would creep outwards by r w² h/2 a second.
+    /// Sets the minimum normal velocity and the velocity of position correction for a step of `h`. They
+    /// follow from the velocities before the step and the unloaded ones. `gravity` is its magnitude.
+    /// `turning` are the velocities at which the point that is touched in the middle of the step is at rest.
+    /// With them, friction holds a point in place to second order. With tangent velocities of 0, an object on
+    /// a turntable would creep outwards by r w² h/2 a second.
     ///
-    /// Less deep than [`REST`]: arrive there, and do not pass. Deeper: come no nearer. So what rests is not where a
-    /// rounding decides between the two, and does not fall again and again. After a
-    /// hit: leave with a part of the approach speed. Deeper than [`SLOP`]: position correction.
+    /// * Less deep than [`REST`]: arrive there, but do not pass.
+    /// * Deeper: do not approach. Resting points are therefore not at a threshold where rounding decides, and
+    ///   do not fall repeatedly.
+    /// * After a hit: leave with a part of the approach speed.
+    /// * Deeper than [`SLOP`]: position correction.
     ///
-    /// If the correction were part of the velocities, warm starting would accumulate it, and
-    /// a stack would sway more and more: for a mode that the sweeps of a step put right by a
-    /// part a, s^3 + a s^2 + a s + a c = 0 has growing solutions where c, the part of the
-    /// overlap, is above a.
+    /// If the correction were part of the velocities, warm starting would accumulate it, and a stack would
+    /// sway with growing amplitude. Let the sweeps of a step correct a mode by a part a, and let c be the
+    /// corrected part of the overlap. `s^3 + a s^2 + a s + a c = 0` has growing solutions if c exceeds a.
     ///
-    /// A spring and a damper are implicit, p = h (-k (d + h v) - c v), as MuJoCo's and Bullet's are: stable at any stiffness, and
-    /// exact at rest.
+    /// A spring and a damper are implicit, p = h (-k (d + h v) - c v), as in MuJoCo and Bullet. They are
+    /// stable at any stiffness, and exact at rest.
     pub fn aim(&mut self, contact: &Contact, before: [f64; 3], turning: [f64; 3], (gravity, h): (f64, f64)) {
         let ContactPoint { distance, surface, .. } = contact.point;
         let [leaving, drift @ ..] = [0, 1, 2].map(|i| contact_law::leaving(turning[i], before[i]));
@@ -213,7 +220,7 @@ impl ContactRows {
         }
         self.target = contact_law::arrival(distance, h) + leaving;
         let hits = distance + h * self.unloaded[0] <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
-        // What does not bounce arrives: to end it where the hit was found would leave a gap.
+        // A contact without rebound arrives: ending its motion where the hit was detected would leave a gap.
         if hits && surface.restitution > 0.0 {
             self.target = self.target.max(-surface.restitution * before);
         }
@@ -221,10 +228,12 @@ impl ContactRows {
         self.split_impulse = 0.0;
     }
 
-    /// Leaves a hit to the next step that another hit in this one has caused, and takes its impulse back. Whether it did.
+    /// Postpones a hit that another hit in this step has caused to the next step, and removes its impulse.
+    /// Returns whether it did.
     ///
-    /// A ball that is hit and meets another one within the step was not seen to do so: to stop it where they meet, which is
-    /// no rebound, would take energy. It goes on, by at most [`MOST_PASSED`], and rebounds in the next step.
+    /// A ball that is hit and meets another one within the step was not predicted to do so. Stopping it at
+    /// the meeting point without rebound would remove energy. It moves on by at most [`MOST_PASSED`], and
+    /// rebounds in the next step.
     pub fn postpone_hit(
         &mut self,
         contact: &Contact,
@@ -247,8 +256,8 @@ impl ContactRows {
         true
     }
 
-    /// Applies the split impulse along the normal: it changes the velocities that positions are integrated
-    /// with, and not the velocities themselves.
+    /// Applies the split impulse along the normal. It changes the velocities that integrate positions, but
+    /// not the velocities themselves.
     pub fn correct_position(&mut self, blocks: &[f64], split_velocities: &mut [f64]) {
         let velocity = self.velocities(blocks, split_velocities)[0];
         let split_impulse =
@@ -260,14 +269,14 @@ impl ContactRows {
         }
     }
 
-    /// Whether it can move anything.
+    /// Returns whether it can move anything.
     pub fn acts(&self) -> bool {
         contact_law::acts(self.effect)
     }
 
-    /// Gives the contact the impulses that make its normal velocity reach the target or its
-    /// impulse vanish, and its tangent velocities vanish as far as friction goes. The largest
-    /// change of a velocity, m/s.
+    /// Applies the impulses that bring the normal velocity to its target or the normal impulse to 0. They
+    /// also stop the tangent velocities within the friction bound. Returns the largest change of a velocity,
+    /// m/s.
     #[inline]
     pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
         let [nn, nt, nu, tt, _, uu] = self.effect;
@@ -289,7 +298,7 @@ impl ContactRows {
         (dn * nn).abs().max((dt * tt).abs()).max((du * uu).abs())
     }
 
-    /// The impulse on the second body, world.
+    /// Returns the impulse on the second body, world.
     pub fn world_impulse(&self) -> DVec3 {
         let [n, t, u] = self.axes;
         n * self.impulse[0] + t * self.impulse[1] + u * self.impulse[2]

@@ -1,35 +1,34 @@
-//! The law of a contact's three rows, written over a [`Real`]: of one contact, or of one a lane.
+//! Law of a contact's three rows, written over a [`Real`]: for one contact, or for one in each lane.
 //!
-//! [`ContactRows`](super::contact::ContactRows) has the rows of one and says why they are so,
-//! [`newton`](super::direct) and the lanes have the iterations that ask for this.
+//! [`ContactRows`](super::contact::ContactRows) has the rows of one contact and the reasons for them.
+//! [`newton`](super::direct) and the lanes have the iterations that use this law.
 
 use super::contact::{AT_REST, IMMOVABLE, MAX_CORRECTION_VELOCITY, OVERLAP_REDUCTION, REST, SLOP};
 use super::direct::{SLIP_TOLERANCE, TOLERANCE};
 use crate::dynamics::real::{MaskOf, Real, length_in_plane};
 
-/// Impulses of soft rows, and the weights of their derivative: of the normal, and tt, tu, uu of the tangents.
+/// Impulses of soft rows, and the weights of their derivative: normal, and tangents tt, tu, uu.
 type Soft<R> = ([R; 3], [R; 4]);
 
-/// What the three rows of a contact resist impulses with.
+/// Resistance of a contact's three rows to impulses.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::dynamics) struct Resistance<R> {
-    /// J M^-1 J' of the normal's row, and the compliance of the surfaces where they are springs.
+    /// J M^-1 J' of the normal's row, plus the compliance of surfaces that are springs.
     pub(in crate::dynamics) normal: R,
     /// J M^-1 J': nt, nu.
     pub(in crate::dynamics) coupling: [R; 2],
-    /// The inverse of the tangent part: tt, tu, uu.
+    /// Inverse of the tangent part: tt, tu, uu.
     pub(in crate::dynamics) inverse: [R; 3],
-    /// The inverse of the largest effect along a tangent.
+    /// Inverse of the largest effect along a tangent.
     pub(in crate::dynamics) gradient_step: R,
 }
 
 impl<R: Real> Resistance<R> {
-    /// The next impulse of a sweep after one before, where the normal velocity is to change by `left`, and tangent velocities are to
-    /// vanish as far as friction goes.
+    /// Returns the next impulse of a sweep. The normal velocity is to change by `left`; the tangent
+    /// velocities are to vanish within the friction bound.
     ///
-    /// The tangent impulse is projected on the disc of radius friction times normal
-    /// impulse: the circular cone of Coulomb's law, not a pyramid. Where that settles, friction
-    /// points against the slip.
+    /// The tangent impulse is projected onto the disc of radius friction times normal impulse: the circular
+    /// cone of Coulomb's law, not a pyramid. Once converged, friction opposes the slip.
     #[inline(always)]
     pub(in crate::dynamics) fn next(
         &self,
@@ -50,9 +49,8 @@ impl<R: Real> Resistance<R> {
         let (mut t, mut u) = (t0 - a * vt - b * vu, u0 - b * vt - c * vu);
         let slips = (most * most).lt(t * t + u * u);
         if slips.any() {
-            // The impulse that would stop it is no guide to where friction points,
-            // since the body may be easier to move one way than the other; a step against the
-            // slip is.
+            // The impulse that would stop the slip does not show the direction of friction: some directions
+            // are easier to move in than others. A step against the slip does.
             let (mut st, mut su) = (t0 - self.gradient_step * vt, u0 - self.gradient_step * vu);
             let size = length_in_plane(st, su);
             let is_beyond = most.lt(size);
@@ -66,7 +64,8 @@ impl<R: Real> Resistance<R> {
     }
 }
 
-/// The inverse of the tangent part of J M^-1 J', tt, tu and uu, and that of the largest effect along a tangent; 0 where nothing can move.
+/// Returns the inverse of the tangent part of J M^-1 J', tt, tu and uu, and the inverse of the largest effect
+/// along a tangent. They are 0 if nothing can move.
 #[inline(always)]
 pub(in crate::dynamics) fn inverse_of_tangents<R: Real>([nn, _, _, tt, tu, uu]: [R; 6]) -> ([R; 3], R) {
     let zero = nn.splat(0.0);
@@ -83,8 +82,8 @@ pub(in crate::dynamics) fn inverse_of_tangents<R: Real>([nn, _, _, tt, tu, uu]: 
         }
     }
     if moves_one.any() {
-        // Movable along one direction alone, as a wheel's rim on its axle: the pseudo-inverse
-        // of l v v' is v v' / l.
+        // Movable along one direction only, as a wheel's rim on its axle: the pseudo-inverse of l v v' is v
+        // v' / l.
         let square = trace * trace;
         let one = [tt / square, tu / square, uu / square];
         for k in 0..3 {
@@ -94,35 +93,36 @@ pub(in crate::dynamics) fn inverse_of_tangents<R: Real>([nn, _, _, tt, tu, uu]: 
     (inverse, (moves_both | moves_one).select(step, zero))
 }
 
-/// Whether anything can move, by J M^-1 J'.
+/// Returns whether anything can move, by J M^-1 J'.
 #[inline(always)]
 pub(in crate::dynamics) fn acts<R: Real>([nn, _, _, tt, _, uu]: [R; 6]) -> R::Mask {
     (nn.splat(IMMOVABLE) * (nn + tt + uu)).lt(nn)
 }
 
-/// Of velocities with which a point that is touched in the middle of the step has none, what the point has come with, turned round: more
-/// would give energy.
+/// Limits the velocity at which a point that is touched in the middle of the step is at rest. It may at most
+/// reverse the velocity `before` the step: more would add energy.
 #[inline(always)]
 pub(in crate::dynamics) fn leaving<R: Real>(turning: R, before: R) -> R {
     let zero = turning.splat(0.0);
     turning.clamp((-before).min(zero), (-before).max(zero))
 }
 
-/// The normal velocity with which rigid surfaces at a distance arrive; 0 where they are there.
+/// Returns the normal velocity at which rigid surfaces at a distance arrive; 0 if they have arrived.
 #[inline(always)]
 pub(in crate::dynamics) fn arrival<R: Real>(distance: R, h: R) -> R {
     let depth = distance + h.splat(REST);
     h.splat(AT_REST).lt(depth).select(-depth / h, h.splat(0.0))
 }
 
-/// The normal velocity of position correction.
+/// Returns the normal velocity of position correction.
 #[inline(always)]
 pub(in crate::dynamics) fn correction<R: Real>(distance: R, h: R) -> R {
     let wanted = h.splat(-OVERLAP_REDUCTION) * (distance + h.splat(SLOP)) / h;
     wanted.clamp(h.splat(0.0), h.splat(MAX_CORRECTION_VELOCITY))
 }
 
-/// The impulses of soft rows of these hardnesses, of the normal's and the tangents', at these velocities, with this bound of friction.
+/// Returns the impulses of soft rows at these velocities. The hardnesses are the normal's and the tangents',
+/// and `bound` limits friction.
 #[inline(always)]
 pub(in crate::dynamics) fn soft<R: Real>(
     target: R,
@@ -152,7 +152,7 @@ pub(in crate::dynamics) fn soft<R: Real>(
     ([normal, tangents[0], tangents[1]], [weight, weights[0], weights[1], weights[2]])
 }
 
-/// The same where it is known which rows are equations, and what slips has the friction that it had.
+/// Like [`soft`], for known active rows; slipping contacts keep their friction.
 #[inline(always)]
 pub(in crate::dynamics) fn given<R: Real>(
     target: R,
@@ -170,7 +170,8 @@ pub(in crate::dynamics) fn given<R: Real>(
     ([normal, it, iu], [weight, tangent, zero, tangent])
 }
 
-/// The bound of friction that the iteration begins with, and whether the rows press and stick, by the impulse and the normal velocity.
+/// Returns the initial friction bound, and whether the rows press and stick, from the impulse and the normal
+/// velocity.
 #[inline(always)]
 pub(in crate::dynamics) fn first_guess<R: Real>(
     (target, friction): (R, R),
@@ -179,7 +180,7 @@ pub(in crate::dynamics) fn first_guess<R: Real>(
     velocity: R,
 ) -> (R, R::Mask, R::Mask) {
     let zero = target.splat(0.0);
-    // What has just met has no impulse yet: that which it would have alone.
+    // A new contact has no impulse yet: use the impulse that it would have alone.
     let alone = (target - velocity) / resistance;
     let pressed = zero.lt(n);
     let bound = friction * pressed.select(n, alone.max(zero));
@@ -189,25 +190,25 @@ pub(in crate::dynamics) fn first_guess<R: Real>(
     (bound, presses, presses & !slips)
 }
 
-/// What a round of Newton's method makes of a contact.
+/// Result of a round of Newton's method for a contact.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::dynamics) struct Judged<R: Real> {
-    /// The next impulse.
+    /// Next impulse, N s.
     pub(in crate::dynamics) impulse: [R; 3],
-    /// The bound of friction by the normal's.
+    /// Friction bound from the normal impulse, N s.
     pub(in crate::dynamics) bound: R,
-    /// It is not open.
+    /// Whether it presses, so that it is not open.
     pub(in crate::dynamics) presses: R::Mask,
-    /// It presses, and friction holds.
+    /// Whether it presses and sticks.
     pub(in crate::dynamics) sticks: R::Mask,
-    /// It presses and slips, with friction.
+    /// Whether it presses and slips, with friction.
     pub(in crate::dynamics) slips: R::Mask,
-    /// Other rows are equations than were, or the step was not exact.
+    /// Whether the set of active rows changed, or the step was not exact.
     pub(in crate::dynamics) changed: R::Mask,
 }
 
-/// Takes impulses from the soft rows' velocities, and the bound of friction from these. `used` and `was` are the impulse and the weights that
-/// the round began with.
+/// Computes impulses from the soft rows' velocities, and the friction bound from these impulses. `used` and
+/// `was` are the impulse and the weights at the start of the round.
 #[inline(always)]
 pub(in crate::dynamics) fn judge<R: Real>(
     (target, friction): (R, R),
@@ -228,7 +229,7 @@ pub(in crate::dynamics) fn judge<R: Real>(
     let of_normal = zero.lt(was[0]).matches(zero.lt(weights[0]));
     let stuck = was[1].equals(hardness) & was[2].equals(zero);
     let of_tangents = stuck.matches(weights[1].equals(hardness) & weights[2].equals(zero));
-    // Across the slip the derivative is not constant: the step was not exact.
+    // Across the slip the derivative is not constant, so the step was not exact.
     let mut turned = zero;
     if slips.any() {
         turned = slips.select(length_in_plane(old[1] - used[1], old[2] - used[2]), zero);
@@ -244,14 +245,14 @@ pub(in crate::dynamics) fn judge<R: Real>(
     }
 }
 
-/// Whether an impulse presses and keeps to its bound of friction.
+/// Returns whether an impulse presses and is within its friction bound.
 #[inline(always)]
 pub(in crate::dynamics) fn is_in_cone<R: Real>([n, t, u]: [R; 3], friction: R) -> R::Mask {
     let most = friction * n * n.splat(1.0 + 1e-6) + n.splat(f64::MIN_POSITIVE);
     n.splat(0.0).le(n) & length_in_plane(t, u).le(most)
 }
 
-/// Weights of a contact's rows times a column of J.
+/// Returns the weights of a contact's rows times a column of J.
 #[inline(always)]
 pub(in crate::dynamics) fn weighted<R: Real>([normal, tt, tu, uu]: [R; 4], [a, b, c]: [R; 3]) -> [R; 3] {
     [a * normal, b * tt + c * tu, b * tu + c * uu]

@@ -1,22 +1,24 @@
-//! All rows of an island at once: exact where sweeps would go on for long, and with the least impulses. Rows of constraints between links
-//! keep their R, and so do normals of contacts whose surfaces are springs.
+//! Direct solver of all rows of an island: exact where sweeps would converge slowly, and with the least
+//! impulses. Rows of constraints between links keep their R, and so do normals of contacts whose surfaces are
+//! springs.
 //!
-//! A row is active where it is an equation: a contact that presses, friction that holds, a joint at its limit. For
-//! a set of active rows the impulses are those of
+//! A row is active if it is an equation: a contact that presses, friction that holds, a joint at its limit.
+//! For a set of active rows the impulses are the solution of
 //!
 //! M (v - v0) = J' p,  J v + R p = target,  R -> 0,
 //!
-//! and so the least among those that give the same motion, by the sum of R p^2. R is the same for all contacts of
-//! two robots, and so for them by the sum of the squares of impulses. It is solved with an R of [`SOFTNESS`] for the
-//! velocities, whose matrix M + J' R^-1 J has the sparsity of who touches whom: Castro, Permenter and Han, "An
-//! unconstrained convex formulation of compliant contact" (2022). From zero, the steps of refinement take the
-//! softness out again and keep to the least impulses: what they add is R^-1 times velocities of bodies as well.
+//! and therefore have the least sum of R p^2 among those that give the same motion. R is equal for all
+//! contacts of two robots, so for these the sum of the squared impulses is the least. The system is solved
+//! for the velocities with an R of [`SOFTNESS`]. Its matrix M + J' R^-1 J has the sparsity of the contact
+//! graph: Castro, Permenter and Han, "An unconstrained convex formulation of compliant contact" (2022). Steps
+//! of refinement from zero then remove the softness and keep the least impulses, since they also add R^-1
+//! times velocities of bodies.
 //!
-//! Which rows are active is found by Newton's method. With the bounds of friction given, the soft problem is the minimum of a convex
-//! function of the velocities, and a step of Newton goes only as far as that function falls: so rows do not change to and
-//! fro, as they may where each round takes the whole step (Alart and Curnier, "A mixed formulation for frictional contact
-//! problems prone to Newton like solution methods" (1991)). The bounds of what slips are those of the normal impulses, a
-//! fixed point, which is accelerated by Anderson's method.
+//! Newton's method finds the active rows. For given friction bounds, the soft problem is the minimum of a
+//! convex function of the velocities. A Newton step goes only as far as that function falls. Rows therefore
+//! do not alternate, as they may if each round takes the whole step. See Alart and Curnier, "A mixed
+//! formulation for frictional contact problems prone to Newton like solution methods" (1991). The bounds of
+//! slipping contacts follow from the normal impulses. This fixed point is accelerated by Anderson's method.
 
 pub(in crate::dynamics) mod anderson;
 mod equations;
@@ -34,54 +36,56 @@ pub(in crate::dynamics) use equations::{EXACT, REFINEMENTS};
 use newton::Progress;
 pub(in crate::dynamics) use newton::{FLAT, HALVINGS};
 
-/// R as a part of the mean J M^-1 J' of the rows it belongs to.
+/// R as a part of the mean J M^-1 J' of its rows.
 pub(in crate::dynamics) const SOFTNESS: f64 = 1e-7;
 
-/// A row is violated beyond this part of its impulse, or this velocity, m/s or rad/s.
+/// Tolerance of a row, as a part of its impulse, or as a velocity in m/s or rad/s.
 pub(in crate::dynamics) const TOLERANCE: f64 = 1e-9;
 
-/// The friction of what slips has settled when it changes by less than this part of the normal impulse.
+/// Tolerance of slipping friction: largest change, as a part of the normal impulse.
 pub(in crate::dynamics) const SLIP_TOLERANCE: f64 = 1e-7;
 
-/// Multiplications that a factorisation may take for each that a sweep takes, and those that it always may.
+/// Allowed multiplications of a factorisation: for each multiplication of a sweep, and always.
 const COST: (usize, usize) = (20, 100_000);
 
-/// The latter where there are constraints between links: sweeps close no long loop.
+/// The second number of [`COST`] with constraints between links: sweeps close no long loop.
 const LINKED_COST: usize = 1_000_000;
 
-/// Multiplications that the matrix and its factorisation may each take beside sweeps of so many.
+/// Returns the number of multiplications that the matrix and its factorisation may each take, for sweeps of
+/// `sweep`.
 fn most_cost(sweep: usize, has_links: bool) -> usize {
     COST.0 * sweep + if has_links { LINKED_COST } else { COST.1 }
 }
 
-/// Those of a contact of robots with so many velocities in a sweep.
+/// Returns the multiplications of a contact in a sweep, for robots with `len` velocities.
 fn sweep_cost(len: usize) -> usize {
     7 * len
 }
 
-/// The same in the matrix.
+/// Returns the multiplications of a contact in the matrix.
 fn matrix_cost([a, b]: [usize; 2]) -> usize {
     4 * (a * a + b * b + a * b)
 }
 
-/// Whether a robot of so many velocities that has so many contacts, with what cannot move, can be solved here.
+/// Returns whether a robot with `len` velocities and this number of contacts with immovable robots can be
+/// solved here.
 pub(in crate::dynamics) fn is_worth_it(len: usize, contacts: usize) -> bool {
     let most = most_cost(contacts * sweep_cost(len), false);
     contacts * matrix_cost([len, 0]) <= most && factorisation_cost(len, 0) <= most
 }
 
-/// What became of it.
+/// Result of the direct solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All rows hold.
     Solved,
-    /// It was not found in time which rows are active: velocities and impulses are as they were.
+    /// The active rows were not found in time; velocities and impulses are unchanged.
     Unsolved,
-    /// As the caller wanted.
+    /// The caller interrupted the solution.
     Interrupted,
 }
 
-/// Which of a contact's rows are equations.
+/// Active rows of a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum State {
     /// It does not press, or nothing can move.
@@ -89,7 +93,7 @@ enum State {
     Open,
     /// It presses and slips.
     Slips,
-    /// It presses and friction holds.
+    /// It presses, and friction holds.
     Sticks,
 }
 
@@ -103,56 +107,56 @@ impl State {
     }
 }
 
-/// The memory that it takes, kept from step to step.
+/// Memory of the solver, reused from step to step.
 #[derive(Debug, Default)]
 pub struct Direct {
     matrix: BlockCholesky,
-    /// M of each member, one after the other.
+    /// M of each member, concatenated.
     inertias: Vec<f64>,
     composite: Vec<Rigid>,
-    /// M (v - v0), by all impulses so far.
+    /// M (v - v0), from all impulses so far.
     momentum: Vec<f64>,
-    /// The right side of a system, and then what its solution changes `momentum` by.
+    /// Right side of a system, and then its solution's change of `momentum`.
     force: Vec<f64>,
-    /// The solution of a system.
+    /// Solution of a system.
     change: Vec<f64>,
     states: Vec<State>,
-    /// Velocities of each contact's rows, and what the solution changes them by.
+    /// Velocities of each contact's rows, and their changes by the solution.
     speeds: Vec<[f64; 3]>,
     ways: Vec<[f64; 3]>,
-    /// The most that friction of each contact can do, N s.
+    /// Friction bound of each contact, N s.
     bounds: Vec<f64>,
-    /// What normal impulses make of these, less them.
+    /// Residual of `bounds`: the bounds by the normal impulses, less the current ones, N s.
     bound_residuals: Vec<f64>,
-    /// Those of contacts that slip, else 0.
+    /// Bounds of slipping contacts, else 0.
     slip_bounds: Vec<f64>,
     anderson: Anderson<f64>,
-    /// Which contacts slipped in the last round.
+    /// Whether each contact slipped in the last round.
     slipped: Vec<bool>,
-    /// The impulses that the last step of each contact began with.
+    /// Impulses of each contact at the start of the last step.
     used: Vec<[f64; 3]>,
-    /// Weights of each contact's rows in the matrix: of the normal, and tt, tu, uu of the tangents.
+    /// Weights of each contact's rows in the matrix: normal, and tangents tt, tu, uu.
     weights: Vec<[f64; 4]>,
-    /// 1 / R of each contact: of the normal's row, and of the tangents'.
+    /// 1 / R of each contact: normal, and tangents.
     hardness: Vec<[f64; 2]>,
-    /// Of each contact, what is left of its equations.
+    /// Residuals of each contact's equations.
     residuals: Vec<[f64; 3]>,
     joints: Vec<Joint>,
-    /// Velocities and impulses to go back to.
+    /// Velocities and impulses to restore if the solver fails.
     kept_velocities: Vec<f64>,
     kept_impulses: Vec<[f64; 3]>,
     kept_links: Vec<[f64; 3]>,
-    /// The matrix has the factors of the last solution.
+    /// Whether the matrix has the factors of the last solution.
     is_solved: bool,
-    /// What it costs is not looked at: for measurements.
+    /// Whether the cost limit is disabled, for measurements.
     pub is_unbounded: bool,
 }
 
-/// A row of a joint.
+/// Row of a joint.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
     member: usize,
-    /// Its index among those of its robot.
+    /// Index among the rows of its robot.
     row: usize,
     /// Velocities of the island and factors, as in [`Row`].
     entries: [(usize, f64); 2],
@@ -164,39 +168,39 @@ struct Joint {
     hardness: f64,
     residual: f64,
     is_active: bool,
-    /// J qd + bias, and what the solution changes it by.
+    /// J qd + bias, and its change by the solution.
     speed: f64,
     way: f64,
 }
 
-/// An island, as it is being solved.
+/// An island during its solution.
 pub struct System<'a, R> {
-    /// Those of the island.
+    /// Robots of the island.
     pub robots: &'a mut [R],
-    /// The same: where their velocities are.
+    /// Locations of the robots' velocities.
     pub members: &'a [Member],
-    /// Contacts.
+    /// Rows of contacts.
     pub rows: &'a mut [ContactRows],
-    /// Constraints between links.
+    /// Rows of constraints between links.
     pub links: &'a mut [LinkRows],
-    /// Their J and M^-1 J'.
+    /// J and M^-1 J' of all rows.
     pub blocks: &'a [f64],
     /// Velocities of all members without impulses.
     pub free: &'a [f64],
-    /// Those with the impulses.
+    /// Velocities of all members with the impulses.
     pub velocities: &'a mut [f64],
 }
 
 impl Direct {
-    /// Forgets the last island.
+    /// Discards the last island.
     pub fn begin(&mut self) {
         self.hardness.clear();
         self.is_solved = false;
     }
 
-    /// Takes in an island whose contacts are measured. Whether it can be solved here: the matrix and its factorisation must
-    /// each cost little beside the sweeps that they save, which they do for chains, stacks and single robots, and not for
-    /// heaps, nor for a robot of many joints with many contacts.
+    /// Prepares an island whose contacts are measured. Returns whether it can be solved here: the matrix and
+    /// its factorisation must each be cheap beside the sweeps that they save. They are for chains, stacks and
+    /// single robots, but not for heaps, nor for a robot of many joints with many contacts.
     pub fn plan<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -241,7 +245,7 @@ impl Direct {
         })
     }
 
-    /// Solves all rows in at most so many rounds; begins with what presses and slips now.
+    /// Solves all rows in at most `rounds` rounds, starting with the rows that press and slip now.
     pub fn solve<R: AsMut<Articulation>>(
         &mut self,
         mut system: System<'_, R>,
@@ -268,8 +272,9 @@ impl Direct {
         Outcome::Unsolved
     }
 
-    /// Solves once more, with the factors of the last solution, where only what constraints between links aim at has changed
-    /// since. False where there are none, or other rows are equations now: then velocities and impulses are as they were.
+    /// Solves again with the factors of the last solution, if only the targets of constraints between links
+    /// have changed since. Returns false, with unchanged velocities and impulses, if there are no factors or
+    /// other rows are active now.
     pub fn solve_again<R: AsMut<Articulation>>(&mut self, mut system: System<'_, R>) -> bool {
         if !self.is_solved {
             return false;
@@ -340,18 +345,18 @@ impl Direct {
 }
 
 impl Joint {
-    /// J qd + bias.
+    /// Returns J qd + bias.
     fn velocity(&self, velocities: &[f64]) -> f64 {
         let [a, b] = self.entries;
         a.1 * velocities[a.0] + b.1 * velocities[b.0] + self.bias
     }
 
-    /// The impulse of the soft row at this J qd + bias.
+    /// Returns the impulse of the soft row at this J qd + bias.
     fn soft(&self, speed: f64) -> f64 {
         (-speed * self.hardness).clamp(self.least, self.most)
     }
 
-    /// Adds what an impulse does to the velocities of its robot.
+    /// Adds the effect of an impulse to the velocities of its robot.
     fn apply(&self, constraints: &Constraints, impulse: f64, velocities: &mut [f64]) {
         let n = velocities.len();
         let response = &constraints.responses[self.row * n..(self.row + 1) * n];

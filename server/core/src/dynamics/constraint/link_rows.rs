@@ -1,19 +1,22 @@
-//! The rows of a constraint between links: up to three forces, or three torques, as one block.
+//! Rows of a constraint between links: up to three forces, or three torques, as one block.
 //!
-//! A row is J v + R p = target, with a small R that stays: of constraints that say the same twice each then has a force of a definite
-//! size. The block's impulse is at most of a given size, by its norm, so that it does not
-//! depend on the axes of the frames.
+//! A row is J v + R p = target, with a small permanent R: redundant constraints then each have a definite
+//! force. The norm of the block's impulse is bounded, so that the bound does not depend on the axes of the
+//! frames.
 //!
-//! The target has two parts. What R gives way by is put right, and no more: a velocity that closed an error would be a motor, which puts
-//! energy in wherever the error does not close. What is left of an error is put right in
-//! [positions alone](crate::dynamics::island), unless a client drags at the constraint, which is then to move what it holds: a part
-//! [`ERROR_REDUCTION`] of the error in each step (Baumgarte's method; as PyBullet's `erp` and MuJoCo's `solref` of 2.2 steps). And what
-//! the velocities of the last step bent away from is put right beforehand: positions
-//! move along curves, and rows are tangents. Where q + h v is off the curve by h^2/2 v' H v, the velocity that stays on it has
-//! J v = -h/2 v' H v (SHAKE: Ryckaert, Ciccotti and Berendsen (1977)). That is first taken from the last step, as the
-//! difference between the error that it foresaw and the error that is found, which leaves an error of third order in h; and then, where
-//! rows are solved directly, [from the positions that the velocities lead to](crate::dynamics::island). So no energy goes
-//! into or out of what moves on a curve.
+//! The target has two parts:
+//!
+//! * Errors. The deflection by R is corrected, and no more. A velocity that closed an error would be a motor,
+//!   which adds energy if the error does not close. The rest of an error is corrected in [positions
+//!   alone](crate::dynamics::island). If a client drags at the constraint, it moves the links that it holds.
+//!   Each step then corrects a part [`ERROR_REDUCTION`] of the error (Baumgarte's method; as PyBullet's `erp`
+//!   and MuJoCo's `solref` of 2.2 steps).
+//! * Curvature. Positions move along curves, and rows are tangents. Let q + h v be off the curve by
+//!   `h^2/2 v' H v`. The velocity that stays on the curve then has `J v = -h/2 v' H v` (SHAKE: Ryckaert,
+//!   Ciccotti and Berendsen (1977)). A first estimate is the last step's difference between the predicted and
+//!   the found error. It leaves an error of third order in h. If rows are solved directly, it is then
+//!   computed [from the positions that the velocities lead to](crate::dynamics::island). Motion on a curve
+//!   therefore neither gains nor loses energy.
 
 mod impulses;
 
@@ -27,165 +30,172 @@ use super::three_rows::{eigen, weigh};
 /// R as a part of the mean J M^-1 J' of the block.
 const COMPLIANCE: f64 = 1e-5;
 
-/// Errors of more than this are not those of a load, m and rad: under two million times the weight of what hangs on it a constraint gives
-/// by that much in a step of 1 ms.
+/// Largest errors that a load causes, m and rad. A constraint deflects that far in a step of 1 ms under two
+/// million times the weight that hangs on it.
 pub const FAR: [f64; 2] = [1e-3, 3e-3];
 
-/// R of what is dragged and as far off as that: where links can hardly move towards where they are to be, as a chain that is nearly
-/// straight, its joints would turn ever faster (damped least squares: Wampler (1986)).
+/// R of a dragged block with an error beyond [`FAR`]. Some links can hardly move towards their goal, as in a
+/// nearly straight chain. Without this R their joints would turn ever faster (damped least squares: Wampler
+/// (1986)).
 const FAR_COMPLIANCE: f64 = 0.05;
 
-/// Velocities put errors right at this, m/s or rad/s, where loads ask for less: an energy of 5e-11 J/kg.
+/// Velocity up to which velocities correct errors under small loads, m/s or rad/s: an energy of 5e-11 J/kg.
 const GENTLE: f64 = 1e-5;
 
-/// The same as a part of R p.
+/// Velocity up to which velocities correct errors, as a multiple of R p.
 const GIVEN_WAY: f64 = 2.0;
 
-/// What brakes contradictions takes their relative motion away within this, s.
+/// Time in which the brake of contradictory constraints removes their relative motion, s.
 const BRAKE: f64 = 0.05;
 
-/// Errors are put right no faster than this, m/s, and of angles rad/s: fast enough for what scripts drag along.
+/// Maximum velocity of error correction, m/s, and for angles rad/s: fast enough for objects that scripts
+/// drag.
 pub const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
 
-/// A larger departure from the tangent in one step means that something was teleported, m or rad.
+/// Largest departure from the tangent in one step, m or rad. A larger one means that something was
+/// teleported.
 const MOST_BENT: f64 = 1e-2;
 
-/// J of what no joint can move is below this, metres, and of torques 1.
+/// Threshold of J below which no joint can move a row, metres, and for torques 1.
 const IMMOVABLE: [f64; 2] = [1e-10, 1e-4];
 
-/// Along directions in which J M^-1 J' is less than this part of its largest, a block has no row: links of a plane linkage that its
-/// description places a micrometre out of the plane would press against each other as steel does.
+/// Threshold of J M^-1 J', as a part of its largest eigenvalue, below which a direction has no row. Otherwise
+/// the links of a planar linkage that its description places a micrometre out of the plane would press
+/// against each other like steel.
 const SINGULAR: f64 = 1e-8;
 
-/// The identity: nn, nt, nu, tt, tu, uu.
+/// Identity: nn, nt, nu, tt, tu, uu.
 const ALL_DIRECTIONS: [f64; 6] = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
 
-/// A velocity before the step that is not yet what the rows ask for, m/s or rad/s.
+/// Largest difference of a velocity before the step from the rows' target that is no jump, m/s or rad/s.
 const AT_REST: f64 = 1e-6;
 
-/// The correction is predicted from the last step. It is dropped where it changed by more than 1 / this of itself since then.
+/// Divisor of steadiness: the correction is predicted from the last step, and dropped if it has changed by
+/// more than 1 / this of itself.
 const UNSTEADY: f64 = 2.0;
 
-/// What a step leaves of a block for the next one to foresee how far its motion leaves a tangent.
+/// State of a block between steps, which predicts how far its motion leaves a tangent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// The errors that its velocities lead to, as far as they are linear, m or rad.
+    /// Predicted errors, as far as they are linear, m or rad.
     pub foreseen: [f64; 3],
-    /// By how much the step before left its tangent.
+    /// Departure from the tangent in the previous step, m or rad.
     pub bent: [f64; 3],
 }
 
-/// Axes of rows, world, and errors along them; what has no row has no axis.
+/// Axes of rows, world, and errors along them; a missing row has a zero axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Aim {
-    /// Of unit length, or zero.
+    /// Axes of unit length, or zero.
     pub axes: [DVec3; 3],
-    /// m or rad.
+    /// Errors, m or rad.
     pub errors: [f64; 3],
 }
 
-/// Which of a block's rows are equations.
+/// Active rows of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LinkState {
-    /// A rope is slack.
+    /// A slack rope.
     Open,
-    /// They are.
+    /// The rows are equations.
     #[default]
     Holds,
-    /// It does what it may do at the most.
+    /// The impulse is at its maximum.
     Saturated,
 }
 
 /// Two joints of one axis each, as a row.
 #[derive(Clone, Copy, Debug)]
 pub struct GearRow {
-    /// Of each joint: member of the island, body, index of its velocity, factor.
+    /// Member of the island, body, index of its velocity, and factor, for each joint.
     pub joints: [(usize, usize, usize, f64); 2],
 }
 
-/// A block.
+/// Rows of one constraint, force or torque.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinkRows {
-    /// J, M^-1 J', axes and impulses; `contact` is the index of the constraint. What it says of targets and friction is
-    /// not used.
+    /// J, M^-1 J', axes and impulses; `contact` is the index of the constraint. Its targets and friction are
+    /// unused.
     pub rows: ContactRows,
-    /// Members of the island and bodies of the ends; no body where it cannot move.
+    /// Members of the island and bodies of the ends; no body if it cannot move.
     pub ends: [(usize, Option<usize>); 2],
-    /// Where forces act.
+    /// Point at which forces act, world.
     pub point: DVec3,
-    /// It is one of torques.
+    /// Whether it is a block of torques.
     pub turns: bool,
-    /// It is a gear.
+    /// Joints of a gear.
     pub gear: Option<GearRow>,
-    /// m or rad.
+    /// Errors before the step, m or rad.
     pub errors: [f64; 3],
-    /// The same after the step, with velocities that were looked at last.
+    /// Predicted errors after the step with the last velocities, m or rad.
     pub errors_after: [f64; 3],
-    /// By how much the last step left its tangent, m or rad.
+    /// Departure of the last step from its tangent, m or rad.
     pub bent: [f64; 3],
     /// The step, s.
     pub h: f64,
-    /// m/s or rad/s.
+    /// Target velocities, m/s or rad/s.
     pub targets: [f64; 3],
-    /// The targets without what is put right beforehand.
+    /// Target velocities without the curvature correction, m/s or rad/s.
     pub aimed: [f64; 3],
-    /// By how much this step is taken to leave its tangent, m or rad: what is put right beforehand.
+    /// Assumed departure of this step from its tangent, m or rad, which is corrected in advance.
     pub ahead: [f64; 3],
-    /// The same as it was taken from the step before.
+    /// `ahead` as predicted from the previous step, m or rad.
     pub first_ahead: [f64; 3],
-    /// By how much the velocities found now would leave it.
+    /// Departure from the tangent with the present velocities, m or rad.
     pub bending: [f64; 3],
-    /// It only brakes.
+    /// Whether it only brakes.
     pub is_brake: bool,
-    /// A client drags at it.
+    /// Whether a client drags at it.
     pub is_dragged: bool,
-    /// Velocities put its errors right.
+    /// Whether velocities correct its errors.
     pub is_pulled: bool,
-    /// Errors up to this are left to velocities, m or rad.
+    /// Largest error that is left to velocities, m or rad.
     pub within: f64,
-    /// Errors after the step that are gone back to.
+    /// Stored `errors_after`, to restore, m or rad.
     pub errors_kept: [f64; 3],
-    /// The residual of split velocities: how far they are from what puts errors right, m/s or rad/s, where positions were to be put right.
+    /// Residual of split velocities: their difference from those that correct the errors, m/s or rad/s.
+    /// `None` if positions were not to be corrected.
     pub split_residual: Option<[f64; 3]>,
-    /// What takes directions without rows out of targets: nn, nt, nu, tt, tu, uu.
+    /// Projection of targets that removes directions without rows: nn, nt, nu, tt, tu, uu.
     pub directions: [f64; 6],
-    /// The impulse's norm at the most, N s or N m s.
+    /// Maximum norm of the impulse, N s or N m s.
     pub most: f64,
-    /// Its only row pulls and does not push.
+    /// Whether its only row pulls and does not push.
     pub is_one_sided: bool,
     /// R.
     pub compliance: f64,
     /// (J M^-1 J' + R)^-1: nn, nt, nu, tt, tu, uu.
     pub inverse: [f64; 6],
-    /// Of the last solution.
+    /// Active rows of the last solution.
     pub state: LinkState,
-    /// Of the direct solver: weights in its matrix, nn, nt, nu, tt, tu, uu.
+    /// Weights in the matrix of the direct solver: nn, nt, nu, tt, tu, uu.
     pub weights: [f64; 6],
-    /// The same: velocities of the rows, and what its solution changes them by.
+    /// Velocities of the rows in the direct solver.
     pub speeds: [f64; 3],
-    /// The same.
+    /// Changes of `speeds` by the direct solver's solution.
     pub ways: [f64; 3],
-    /// The same: the impulse that a round began with.
+    /// Impulse at the start of the direct solver's round.
     pub used: [f64; 3],
-    /// The same: what is left of its equations.
+    /// Residuals of the equations in the direct solver.
     pub residuals: [f64; 3],
 }
 
 impl Aim {
-    /// The size of the error, m or rad.
+    /// Returns the size of the error, m or rad.
     pub fn error(&self) -> f64 {
         DVec3::from_array(self.errors).length()
     }
 }
 
 impl LinkRows {
-    /// Foresees from the last step how far this one leaves its tangent.
+    /// Predicts from the last step how far this one leaves its tangent.
     pub fn foresee(&mut self, last: Option<Motion>) {
         (self.bent, self.ahead) = ([0.0; 3], [0.0; 3]);
         if let Some(Motion { foreseen, bent: before }) = last.filter(|_| !self.is_slack()) {
             let bent = DVec3::from_array(self.errors) - DVec3::from_array(foreseen);
             let (size, change) = (bent.length(), bent.distance(DVec3::from_array(before)));
-            // What changes from step to step as fast as this is no guide: without it the motion across the constraint is damped.
+            // A quantity that changes this fast from step to step is not predictable: using it would damp the
+            // motion across the constraint.
             if size > 0.0 && size < MOST_BENT && !self.is_far() {
                 self.ahead = (bent * (1.0 - UNSTEADY * change / size).max(0.0)).to_array();
             }
@@ -194,11 +204,11 @@ impl LinkRows {
         self.first_ahead = self.ahead;
     }
 
-    /// What it aims at.
+    /// Computes the targets.
     fn aim(&mut self) {
         let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / self.h);
         self.aimed = if self.is_slack() {
-            // It may go on to where it is tight.
+            // It may move until it is tight.
             [-self.errors[0] / self.h, 0.0, 0.0]
         } else if self.is_pulled {
             correction.clamp_length_max(MAX_CORRECTION[usize::from(self.turns)]).to_array()
@@ -210,60 +220,60 @@ impl LinkRows {
         self.aim_ahead(self.ahead);
     }
 
-    /// Aims anew, with what a step is taken to leave its tangent by, m or rad.
+    /// Recomputes the targets for an assumed departure of a step from its tangent, m or rad.
     pub fn aim_ahead(&mut self, ahead: [f64; 3]) {
         self.ahead = ahead;
         self.targets = weigh(self.directions, [0, 1, 2].map(|k| self.aimed[k] - ahead[k] / self.h));
     }
 
-    /// The velocity at which errors are put right that nothing drags at, m/s or rad/s.
+    /// Returns the largest velocity that corrects errors of a block that no client drags, m/s or rad/s.
     fn gentle(&self) -> f64 {
         let impulse = DVec3::from_array(self.rows.impulse).length();
         GENTLE.max(GIVEN_WAY * self.compliance * impulse)
     }
 
-    /// Errors up to this are left to velocities, m or rad.
+    /// Returns the largest error that is left to velocities, m or rad.
     pub fn near(&self) -> f64 {
         self.gentle() * self.h / ERROR_REDUCTION
     }
 
-    /// Whether errors are no larger than this, m and rad.
+    /// Returns whether errors are within these limits, m and rad.
     pub fn is_within(&self, most: [f64; 2]) -> bool {
         DVec3::from_array(self.errors).length() <= most[usize::from(self.turns)]
     }
 
-    /// Whether this impulse is all that it may do.
+    /// Returns whether this impulse is at its maximum.
     pub fn is_at_most(&self, impulse: [f64; 3]) -> bool {
         DVec3::from_array(impulse).length() >= self.most * (1.0 - 1e-9)
     }
 
-    /// It is a rope that is slack.
+    /// Returns whether it is a slack rope.
     pub fn is_slack(&self) -> bool {
         self.is_one_sided && self.errors[0] > 0.0
     }
 
-    /// Whether it is farther from what it asks for than loads would take it.
+    /// Returns whether its error is larger than loads cause.
     pub fn is_far(&self) -> bool {
         !self.is_slack() && DVec3::from_array(self.errors).length() > FAR[usize::from(self.turns)]
     }
 
-    /// Whether velocities put right all of the error that there is.
+    /// Returns whether velocities correct the whole error.
     pub fn is_near(&self) -> bool {
         DVec3::from_array(self.errors).length() <= self.near()
     }
 
-    /// Whether it is put to a place that is far away, without velocities.
+    /// Returns whether it has a large error that velocities do not correct.
     pub fn is_put_far(&self) -> bool {
         !self.is_brake && !self.is_pulled && self.is_far()
     }
 
-    /// The size of its errors after the step, m or rad.
+    /// Returns the size of its errors after the step, m or rad.
     pub fn error_after(&self) -> f64 {
         let [n, t, u] = weigh(self.directions, self.errors_after);
         if self.is_one_sided && n > 0.0 { 0.0 } else { DVec3::new(n, t, u).length() }
     }
 
-    /// Holds where it is, instead of putting errors right by velocities.
+    /// Stops correcting errors by velocities, and holds the present position.
     pub fn stop_pulling(&mut self) {
         self.is_pulled = false;
         (self.ahead, self.first_ahead) = ([0.0; 3], [0.0; 3]);
@@ -271,8 +281,8 @@ impl LinkRows {
         self.aim();
     }
 
-    /// Takes J M^-1 J' from the blocks. What no joint can move, as what leads out of the plane of a plane linkage, has no row:
-    /// its J is rounding.
+    /// Computes J M^-1 J' from the blocks. A direction in which no joint can move, such as out of the plane
+    /// of a planar linkage, has no row: its J is rounding.
     pub fn measure(&mut self, blocks: &mut [f64]) {
         for side in self.rows.sides.iter().filter(|side| side.len > 0) {
             side.drop_small_rows(IMMOVABLE[usize::from(self.turns)], blocks);
@@ -290,14 +300,14 @@ impl LinkRows {
         self.aim();
     }
 
-    /// The mean J M^-1 J' of its rows.
+    /// Returns the mean J M^-1 J' of its rows.
     pub fn mean_effect(&self) -> f64 {
         let [nn, _, _, tt, _, uu] = self.rows.effect;
         let count = [nn, tt, uu].into_iter().filter(|effect| *effect > 0.0).count().max(1);
         (nn + tt + uu) / count as f64
     }
 
-    /// Makes R this part of the mean J M^-1 J'.
+    /// Sets R to this part of the mean J M^-1 J'.
     pub fn soften(&mut self, part: f64) {
         let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
         let r = part * self.mean_effect();
@@ -309,7 +319,7 @@ impl LinkRows {
             .map(|entry| entry / determinant);
     }
 
-    /// Takes directions out of the block in which hardly anything can move.
+    /// Removes directions from the block in which hardly anything can move.
     fn drop_singular(&mut self, blocks: &mut [f64]) {
         let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
         let trace = nn + tt + uu;
@@ -335,13 +345,13 @@ impl LinkRows {
         self.rows.measure(blocks);
     }
 
-    /// Whether it can move anything.
+    /// Returns whether it can move anything.
     pub fn acts(&self) -> bool {
         self.compliance > 0.0 && self.inverse.iter().all(|entry| entry.is_finite())
     }
 
-    /// Whether the velocities before the step are beside what is asked for: then they were given, and a whole kick
-    /// brings them there.
+    /// Returns whether the velocities before the step differ from the target. Then they were set by a client,
+    /// and a whole kick brings them there.
     pub fn meets_jump(&self, blocks: &[f64], before: &[f64]) -> bool {
         let before = self.rows.velocities(blocks, before);
         let is_off =

@@ -1,8 +1,9 @@
-//! Constraints as rows on the new velocities: position limits, dry friction, mimic, contact, and those between links.
+//! Constraints as rows on the new velocities: position limits, dry friction, mimic, contact, and constraints
+//! between links.
 //!
-//! A row says of J qd that it is at least, equal to, or pulled towards -bias by
-//! a bounded impulse. Rows are solved together by projected Gauss-Seidel,
-//! warm-started with the impulses of the step before, soft in the position error.
+//! A row requires that J qd is at least or equal to -bias, or is pulled towards it by a bounded impulse. Rows
+//! are solved together by projected Gauss-Seidel, warm-started with the impulses of the previous step, soft
+//! in the position error.
 
 pub mod contact;
 pub(in crate::dynamics) mod contact_law;
@@ -24,53 +25,53 @@ pub use rows::{Impulses, collect};
 pub(in crate::dynamics) use rows::{NEAR, limit_bias};
 pub use solve::{prepare, solve, sweep};
 
-/// The velocity at which a violated position is put right, as a part of it a step.
+/// Part of a position error that is corrected in a step.
 pub const ERROR_REDUCTION: f64 = 0.2;
 
-/// The part of the last impulses that a step starts from. All of it: rows of joints come
-/// back each step with the same Jacobian, and what is left out here would be made up by
-/// sweeps, or seen as creep.
+/// Part of the last impulses that a step starts from. It is all of them, since rows of joints return each
+/// step with the same Jacobian. Sweeps would have to restore a missing part, or it would show as creep.
 pub const WARM_START: f64 = 1.0;
 
-/// What a limit starts from changes its velocity by no more than so many times what any row of its robot is off by.
+/// Maximum change of a limit's velocity by its initial impulse, as a multiple of the largest error of its
+/// robot's rows.
 pub const MOST_START: f64 = 10.0;
 
-/// Sweeps at the most.
+/// Maximum number of sweeps.
 pub const MAX_SWEEPS: usize = 100;
 
-/// Sweeping ends when no impulse changes its own velocity by more than this, rad/s or m/s.
+/// Largest change of a row's velocity by its own impulse at which sweeping ends, rad/s or m/s.
 pub const SETTLED: f64 = 1e-11;
 
 /// A constraint on one or two velocities.
 #[derive(Clone, Debug, Default)]
 pub struct Row {
-    /// What it keeps its warm-start impulse under.
+    /// Key of its warm-start impulse.
     pub key: RowKey,
     /// J: indices of velocities and their factors; the second may have factor 0.
     pub entries: [(usize, f64); 2],
-    /// Which bodies these are of.
+    /// Bodies of these velocities.
     pub bodies: [usize; 2],
-    /// J qd + bias is what the impulse works against.
+    /// Bias: the impulse acts against J qd + bias.
     pub bias: f64,
-    /// The least impulse, N m s or N s.
+    /// Minimum impulse, N m s or N s.
     pub least: f64,
-    /// The largest.
+    /// Maximum impulse, N m s or N s.
     pub most: f64,
-    /// The impulse so far.
+    /// Impulse so far, N m s or N s.
     pub impulse: f64,
     /// J M^-1 J'.
     pub effect: f64,
 }
 
 impl Row {
-    /// J qd.
+    /// Returns J qd.
     pub fn velocity(&self, velocities: &[f64]) -> f64 {
         let [a, b] = self.entries;
         a.1 * velocities[a.0] + b.1 * velocities[b.0]
     }
 }
 
-/// What a row is about, by velocity index. The order is that of solving.
+/// Purpose of a row, by velocity index. The order is the order of solving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RowKey {
     /// Dry friction of an axis.
@@ -89,11 +90,11 @@ impl Default for RowKey {
     }
 }
 
-/// Rows of one robot and what solving them needs: scratch of a step.
+/// Rows of one robot and the data to solve them: scratch of a step.
 #[derive(Clone, Debug, Default)]
 pub struct Constraints {
-    /// In the order of their keys.
+    /// Rows in the order of their keys.
     pub rows: Vec<Row>,
-    /// M^-1 J' of each row, one after the other, each as long as the velocities.
+    /// M^-1 J' of each row, concatenated, each as long as the velocities.
     pub responses: Vec<f64>,
 }

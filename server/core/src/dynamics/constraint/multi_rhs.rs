@@ -1,6 +1,8 @@
-//! M^-1 J' of several impulses at once: one backward and one forward pass over the factorised tree for all, whose numbers lie side by side.
+//! M^-1 J' of several impulses at once, by one backward and one forward pass over the factorised tree. Their
+//! numbers are stored side by side.
 //!
-//! Compiled for the vectors of the processor. Each has the same bits on all, since nothing is fused or summed in another order.
+//! Compiled for the vectors of the processor. Each has the same bits on all processors, since nothing is
+//! fused or summed in another order.
 
 use glamx::DMat3;
 use pulp::{Arch, Simd, WithSimd};
@@ -13,13 +15,13 @@ use crate::dynamics::scratch::{BodyScratch, MAX_RHS, MultiRhs, Scratch};
 use crate::dynamics::spatials::Spatials;
 use crate::dynamics::tree::{Body, JointType, Tree};
 
-/// What [`respond_to_force`](super::respond_to_force) writes, for each of the six unit impulses on a body about its origin: torques about
-/// the base's axes, then forces along them; all of one after all of the one before.
+/// Writes the result of [`respond_to_force`](super::respond_to_force) for each of the six unit impulses on a
+/// body about its origin. Torques about the base's axes come first, then forces along them.
 pub fn respond_to_unit_forces(tree: &Tree, q: &[f64], body: usize, scratch: &mut Scratch, out: &mut [f64]) {
     Arch::new().dispatch(MultiRhsSolve::of_unit_forces(tree, q, body, scratch, out));
 }
 
-/// What [`respond`](super::respond) writes, for up to [`MAX_RHS`] rows of joints.
+/// Writes the result of [`respond`](super::respond) for up to [`MAX_RHS`] rows of joints.
 pub fn respond_to_joints(tree: &Tree, q: &[f64], rows: &[Row], scratch: &mut Scratch, out: &mut [f64]) {
     begin(&mut scratch.rhs);
     let mut highest = 0;
@@ -39,7 +41,7 @@ fn begin<const N: usize>(rhs: &mut [MultiRhs<N>]) {
     }
 }
 
-/// A body that an impulse acts on.
+/// Returns the right-hand sides of a body that an impulse acts on.
 #[inline(always)]
 fn push<const N: usize>(rhs: &mut [MultiRhs<N>], body: usize) -> &mut MultiRhs<N> {
     let at = &mut rhs[body];
@@ -49,11 +51,11 @@ fn push<const N: usize>(rhs: &mut [MultiRhs<N>], body: usize) -> &mut MultiRhs<N
     at
 }
 
-/// Writes as many as there is room for, or `ADDS` them to what is there.
+/// Solver that writes as many responses as there is room for, or, if it `ADDS`, adds them to the output.
 pub struct MultiRhsSolve<'a, const N: usize, const ADDS: bool> {
     tree: &'a Tree,
     q: &'a [f64],
-    /// No body after it has an impulse.
+    /// Last body with an impulse.
     highest: usize,
     bodies: &'a [BodyScratch],
     free: &'a [Ldlt6],
@@ -81,8 +83,8 @@ impl<'a> MultiRhsSolve<'a, MAX_RHS, false> {
 }
 
 impl<'a> MultiRhsSolve<'a, 4, true> {
-    /// Adds what [`respond_to_force`](super::respond_to_force) writes, to the bit, for each of three impulses on a body about its origin; the
-    /// fourth is nothing. There is one of `rhs` for each body.
+    /// Adds the result of [`respond_to_force`](super::respond_to_force), to the bit, for each of three
+    /// impulses on a body about its origin; the fourth is unused. `rhs` has one entry for each body.
     pub fn of_wrenches(
         tree: &'a Tree,
         q: &'a [f64],
@@ -136,7 +138,7 @@ impl<const N: usize, const ADDS: bool> WithSimd for MultiRhsSolve<'_, N, ADDS> {
             for k in 0..count {
                 let motion = own.delta.get(k) - carried.get(k);
                 let (linear, angular) = if ADDS {
-                    // By the quaternion, as the response to one: by a matrix it is rounded otherwise.
+                    // By the quaternion, as in the response to one impulse: a matrix would round differently.
                     free_velocities(motion, &at.rotation, rotation)
                 } else {
                     (parent_from_base * motion.linear, own_from_base * motion.angular)
@@ -150,7 +152,7 @@ impl<const N: usize, const ADDS: bool> WithSimd for MultiRhsSolve<'_, N, ADDS> {
     }
 }
 
-/// Takes what acts on a body on to its parent.
+/// Transfers the impulses on a body to its parent.
 #[inline(always)]
 fn backward_step<const N: usize>(
     rhs: &mut [MultiRhs<N>],
@@ -174,7 +176,7 @@ fn backward_step<const N: usize>(
     }
 }
 
-/// What the changes of its parent's velocity change a body's by, and its joint's.
+/// Computes the changes of a body's and its joint's velocity from its parent's.
 #[inline(always)]
 fn forward_step<const N: usize>(
     own: &mut MultiRhs<N>,

@@ -1,5 +1,5 @@
-//! J and M^-1 J': what an impulse works on, and what it does to all velocities by one backward
-//! and one forward pass over the factorised tree.
+//! J and M^-1 J': the velocities that an impulse acts on, and its effect on all velocities. One backward and
+//! one forward pass over the factorised tree compute the effect.
 
 use glamx::{DMat3, DVec3};
 
@@ -11,9 +11,8 @@ use crate::dynamics::spatial::Spatial;
 use crate::dynamics::spatials::{Spatials, turned};
 use crate::dynamics::tree::{Body, JointType, SingleBody, Tree};
 
-/// Writes the change of all velocities by impulses of these sizes at the joints of
-/// these bodies. O(n); needs IA, U and D of this step (the articulated-body
-/// algorithm once more, without velocities and gravity).
+/// Writes the change of all velocities by impulses of these sizes at the joints of these bodies. O(n); needs
+/// IA, U and D of this step (another pass of the articulated-body algorithm, without velocities and gravity).
 pub fn respond(tree: &Tree, q: &[f64], joints: &[(usize, f64)], scratch: &mut Scratch, out: &mut [f64]) {
     clear(scratch);
     for &(body, size) in joints {
@@ -27,7 +26,7 @@ pub fn respond(tree: &Tree, q: &[f64], joints: &[(usize, f64)], scratch: &mut Sc
     forward_pass(tree, q, scratch, out);
 }
 
-/// The same for an impulse on a body: `force` about its origin, in the base's axes.
+/// Writes the change of all velocities by an impulse on a body: `force` about its origin, in the base's axes.
 pub fn respond_to_force(
     tree: &Tree,
     q: &[f64],
@@ -44,8 +43,8 @@ pub fn respond_to_force(
     forward_pass(tree, q, scratch, out);
 }
 
-/// J' f: what an impulse on a body does to each velocity's own momentum. `force` is about the
-/// body's origin, in the base's axes; power is then J qd. Writes all velocities.
+/// Writes J' f, the effect of an impulse on each velocity's own momentum. `force` is about the body's origin,
+/// in the base's axes; power is then J qd. Writes all velocities.
 pub fn project(
     tree: &Tree,
     q: &[f64],
@@ -62,7 +61,7 @@ pub fn project(
                 out[body.velocity] = along(body.joint_type, force, at.rotation.z_axis);
             }
             JointType::Free { .. } => {
-                // The map from motion to velocities only turns: it takes forces as well.
+                // The map from motion to velocities is only a rotation, so it converts forces as well.
                 let (_, rotation) = free_pose(&q[body.position..]);
                 let (linear, angular) = free_velocities(force, &at.rotation, rotation);
                 write_free(&mut out[body.velocity..], linear, angular);
@@ -74,7 +73,7 @@ pub fn project(
     }
 }
 
-/// [`project`] of three impulses, added to a side's J.
+/// Adds [`project`] of three impulses to a side's J.
 #[inline(always)]
 pub fn project_onto(
     tree: &Tree,
@@ -111,11 +110,11 @@ pub fn project_onto(
     }
 }
 
-/// A robot that is one free body, where it is: all that J and M^-1 J' of its contacts follow from. Each body has several contacts,
-/// and what else a robot has is far apart in memory.
+/// Pose and inertia of a robot that is one free body: all that J and M^-1 J' of its contacts depend on. Each
+/// body has several contacts, and the robot's other data are scattered in memory.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedBody {
-    /// What it resists with.
+    /// Inertia of the body.
     pub body: SingleBody,
     /// `world_from_body`.
     rotation: DMat3,
@@ -123,7 +122,7 @@ pub struct PlacedBody {
 }
 
 impl PlacedBody {
-    /// `None` where the robot is something else.
+    /// Returns `None` if the robot is not a single free body.
     pub fn new(tree: &Tree, scratch: &Scratch) -> Option<Self> {
         let ([at], [factors], Some(body)) = (&scratch.bodies[..], &scratch.free[..], &tree.single) else {
             return None;
@@ -132,7 +131,7 @@ impl PlacedBody {
     }
 }
 
-/// How a free body turns, and about what; world.
+/// Rotation of a free body and its centre of rotation, world.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Turning {
     angular: DVec3,
@@ -140,22 +139,23 @@ pub struct Turning {
 }
 
 impl Turning {
-    /// The acceleration of a point of the body with constant velocities.
+    /// Returns the acceleration of a point of the body with constant velocities.
     pub fn arc(&self, point: DVec3) -> DVec3 {
         self.angular.cross(self.angular.cross(point - self.origin))
     }
 }
 
 impl PlacedBody {
-    /// How it turns with these velocities, whose angular part, in its own axes, begins at 3.
+    /// Returns its rotation with these velocities, whose angular part, in its own axes, begins at 3.
     pub fn turning(&self, velocities: &[f64]) -> Turning {
         let [_, _, _, x, y, z] = velocities else { return Turning::default() };
         Turning { angular: self.rotation * DVec3::new(*x, *y, *z), origin: self.origin }
     }
 }
 
-/// J and M^-1 J' of unit impulses along three axes at a point of a free body, world: what [`project`] and [`respond_to_force`] find,
-/// without a walk, as a [`Side`] has them. False where there is no room for them.
+/// Writes J and M^-1 J' of unit impulses along three axes at a point of a free body, world, in the layout of
+/// a [`Side`]. The results equal those of [`project`] and [`respond_to_force`], without passes over the tree.
+/// Returns false if there is no room for them.
 ///
 /// Always inlined, to be compiled for the vectors of the processor.
 #[inline(always)]
@@ -165,7 +165,7 @@ pub fn single_body_rows(at: &PlacedBody, (point, axes): (DVec3, [DVec3; 3]), num
     let SingleBody { inverse_mass, center, inverse_moment } = at.body;
     let own_from_world = at.rotation.transpose();
     let own_arm = own_from_world * (point - at.origin);
-    // About the centre of mass linear and angular motion are apart.
+    // About the centre of mass, linear and angular motion are independent.
     let lever = own_arm - center;
     for (k, axis) in axes.into_iter().enumerate() {
         let own_axis = own_from_world * axis;
@@ -194,8 +194,8 @@ fn clear(scratch: &mut Scratch) {
     }
 }
 
-/// Takes what acts on a body on to its parent, if there is something and one that feels it. `delta` holds p until
-/// the forward pass.
+/// Transfers the impulse on a body to its parent. Returns the parent if there is an impulse and a parent that
+/// it moves. `delta` holds p until the forward pass.
 fn backward_step(tree: &Tree, body: usize, scratch: &mut Scratch) -> Option<usize> {
     let Body { joint_type, parent, .. } = tree.bodies[body];
     if let JointType::Free { .. } = joint_type {
@@ -212,7 +212,7 @@ fn backward_step(tree: &Tree, body: usize, scratch: &mut Scratch) -> Option<usiz
     Some(parent)
 }
 
-/// From the root to the leaves, through every branch.
+/// Runs from the root to the leaves, through every branch.
 fn forward_pass(tree: &Tree, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
     for (i, body) in tree.bodies.iter().enumerate() {
         let above = body.parent.map_or(Spatial::ZERO, |parent| scratch.bodies[parent].delta);

@@ -1,4 +1,4 @@
-//! Which rows a step has.
+//! Rows of a step.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,21 +7,21 @@ use crate::dynamics::actuator::Axis;
 use crate::dynamics::real::{MaskOf, Real};
 use crate::dynamics::tree::{JointType, Tree};
 
-/// The impulses of the last step, by what they were for.
+/// Impulses of the last step, by purpose.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Impulses {
-    /// One per degree of freedom, N m s or N s.
+    /// Impulses of dry friction, one for each degree of freedom, N m s or N s.
     pub friction: Vec<f64>,
-    /// By pair of joints.
+    /// Impulses of mimic joints, by pair.
     pub mimic: Vec<f64>,
-    /// One per degree of freedom.
+    /// Impulses of lower limits, one for each degree of freedom.
     pub lower: Vec<f64>,
-    /// One per degree of freedom.
+    /// Impulses of upper limits, one for each degree of freedom.
     pub upper: Vec<f64>,
 }
 
 impl Impulses {
-    /// None yet, for a tree.
+    /// Creates zero impulses for a tree.
     pub fn new(tree: &Tree) -> Self {
         let zeros = vec![0.0; tree.velocity_count];
         Self {
@@ -32,13 +32,13 @@ impl Impulses {
         }
     }
 
-    /// All of them.
+    /// Returns all impulses.
     pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
         let Self { friction, mimic, lower, upper } = self;
         [friction, mimic, lower, upper].into_iter().flatten().copied()
     }
 
-    /// What each list is, how long it is, and how long it is for a tree.
+    /// Returns for each list its name, its length, and its length for a tree.
     pub fn lengths(&self, tree: &Tree) -> [(&'static str, usize, usize); 4] {
         let (n, pairs) = (tree.velocity_count, tree.mimics.len());
         [
@@ -49,7 +49,7 @@ impl Impulses {
         ]
     }
 
-    /// 0 where there is none.
+    /// Returns the impulse of a key; 0 if there is none.
     fn get(&self, key: RowKey) -> f64 {
         let impulse = match key {
             RowKey::Friction(i) => self.friction.get(i),
@@ -69,7 +69,7 @@ impl Impulses {
         }
     }
 
-    /// Keeps what the rows ended with; what has no row any more is forgotten.
+    /// Stores the final impulses of the rows; those without a row are cleared.
     pub fn keep(&mut self, rows: &[Row]) {
         for list in [&mut self.friction, &mut self.mimic, &mut self.lower, &mut self.upper] {
             list.fill(0.0);
@@ -82,12 +82,11 @@ impl Impulses {
     }
 }
 
-/// Fills in the rows for a step of `h` from positions `q` at velocities `qd`.
+/// Collects the rows for a step of `h` from positions `q` at velocities `qd`.
 ///
-/// * limit: qd + distance / h >= 0 outside, so that the joint arrives and does not
-///   pass; qd >= ERROR_REDUCTION depth / h beyond. Only where the joint could
-///   arrive within the step, by twice its present velocity and by `velocities`, the new
-///   velocities without constraints.
+/// * limit: qd + distance / h >= 0 inside, so that the joint arrives and does not pass; qd >= ERROR_REDUCTION
+///   depth / h beyond. Only if the joint could arrive within the step, by twice its present velocity and by
+///   `velocities`, the new velocities without constraints.
 /// * friction: towards velocity 0, with an impulse of at most friction h.
 /// * mimic: qd_follower - multiplier qd_leader = -ERROR_REDUCTION error / h.
 pub fn collect(
@@ -133,7 +132,7 @@ pub fn collect(
         let bodies = [pair.follower, pair.leader];
         add(RowKey::Mimic(index), entries, bodies, bias, f64::NEG_INFINITY, f64::INFINITY);
     }
-    // Of a joint at its limit only the side that pushes back.
+    // A joint at its limit has only the side that pushes back.
     let bias = |distance: f64| limit_bias(distance, h);
     for (i, body) in tree.bodies.iter().enumerate() {
         if matches!(body.joint_type, JointType::Free { .. } | JointType::Spherical { .. }) {
@@ -141,8 +140,8 @@ pub fn collect(
         }
         let (velocity, position) = axes_of(i);
         let limits = &axes[velocity].settings.limits;
-        // Other rows and joints may still change the velocity: look twice as far as it goes,
-        // and a little further.
+        // Other rows and joints may still change the velocity: look ahead twice as far as it moves, and a
+        // little further.
         let reach = 2.0 * h * velocities[velocity].abs() + NEAR;
         if let Some(lower) = limits.lower {
             let distance = position - lower;
@@ -161,7 +160,8 @@ pub fn collect(
     }
 }
 
-/// The bias of a limit's row: inside, the joint may come as far as the limit; beyond, it comes back by a part of the way.
+/// Returns the bias of a limit's row: inside, the joint may move to the limit; beyond, it returns by a part
+/// of the distance.
 #[inline(always)]
 pub(in crate::dynamics) fn limit_bias<R: Real>(distance: R, h: R) -> R {
     let mut bias = distance / h;
@@ -172,5 +172,5 @@ pub(in crate::dynamics) fn limit_bias<R: Real>(distance: R, h: R) -> R {
     bias
 }
 
-/// A joint this near to its limit has a row whatever its velocity, rad or m.
+/// Distance from a limit within which a joint has a row whatever its velocity, rad or m.
 pub(in crate::dynamics) const NEAR: f64 = 1e-3;

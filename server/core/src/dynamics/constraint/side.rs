@@ -1,35 +1,36 @@
-//! One side of a contact: which velocities move it, and J and M^-1 J' of it.
+//! One side of a contact: the velocities that move it, with J and M^-1 J'.
 
 use std::ops::Range;
 
-/// Runs of velocities at the most that a side's J is kept for.
+/// Maximum number of runs of velocities for which a side stores J.
 const MOST_SPANS: usize = 3;
 
-/// Velocities that follow each other.
+/// Run of consecutive velocities.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Span {
-    /// Index of the first among those of its robot.
+    /// First velocity, by its index in the robot.
     pub first: u32,
-    /// How many.
+    /// Number of velocities.
     pub len: u32,
 }
 
-/// What a side of a contact acts on.
+/// One side of a contact.
 ///
-/// A body is moved by its own joint and by those between it and the root: J has columns for these alone.
+/// A body is moved by its own joint and by the joints between it and the root: J has columns for these only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Side {
-    /// The robot's index among those of the island.
+    /// Index of the robot in the island.
     pub member: usize,
-    /// Where its velocities begin among those of the island.
+    /// First velocity of the robot in the island.
     pub first: usize,
-    /// How many it has.
+    /// Number of velocities of the robot.
     pub len: usize,
-    /// Where its numbers begin: see [`Side::size`].
+    /// Offset of its numbers: see [`Side::size`].
     pub at: usize,
-    /// The velocities that J has columns for, from the root on; the others are zero. What is not used has length 0, and comes first.
+    /// Velocities for which J has columns, from the root on; other columns are zero. Unused spans have length
+    /// 0, and come first.
     pub spans: [Span; MOST_SPANS],
-    /// It is two bodies of one robot.
+    /// Whether it is two bodies of one robot.
     pub is_pair: bool,
 }
 
@@ -38,7 +39,7 @@ impl Span {
         self.first + self.len
     }
 
-    /// As a range of a robot's velocities.
+    /// Returns the range of a robot's velocities.
     #[inline(always)]
     pub fn range(self) -> Range<usize> {
         self.first as usize..self.end() as usize
@@ -46,8 +47,8 @@ impl Span {
 }
 
 impl Side {
-    /// Gives J a column for velocities of its robot; those of bodies nearer to the root are added later. What does not
-    /// fit makes the span that is nearest to the root longer: then J has zeros in it.
+    /// Gives J columns for velocities of its robot; those of bodies nearer to the root are added later. If
+    /// all spans are used, the span nearest to the root is extended, and J contains zeros.
     pub fn add_span(&mut self, velocities: Range<usize>) {
         let (Ok(first), Ok(end)) = (u32::try_from(velocities.start), u32::try_from(velocities.end)) else {
             return;
@@ -62,25 +63,25 @@ impl Side {
         }
     }
 
-    /// The same with a column for each velocity of its robot.
+    /// Returns the side with a column for each velocity of its robot.
     #[inline(always)]
     pub fn with_all(self) -> Self {
         let all = Span { first: 0, len: u32::try_from(self.len).unwrap_or(u32::MAX) };
         Self { spans: [Span::default(), Span::default(), all], ..self }
     }
 
-    /// How many columns J has.
+    /// Returns the number of columns of J.
     #[inline(always)]
     pub fn columns(&self) -> usize {
         self.spans.iter().map(|span| span.len as usize).sum()
     }
 
-    /// Where its J has the numbers of a velocity of its robot: along the normal and the two tangents.
+    /// Returns the location in J of a velocity of its robot: normal and two tangents.
     pub fn columns_of(&self, velocity: usize) -> Option<[usize; 3]> {
         self.columns_from(velocity).get(0)
     }
 
-    /// Where its J has the numbers of the velocities from this one on that are of the same span.
+    /// Returns the location in J of the velocities from this one on within its span.
     #[inline(always)]
     pub fn columns_from(&self, velocity: usize) -> Columns {
         let mut at = 0;
@@ -94,15 +95,16 @@ impl Side {
         Columns { at, len: 0, first: 0 }
     }
 
-    /// Numbers that it needs: J, and then three rows of M^-1 J', which are as long as the robot has velocities.
+    /// Returns the number of numbers: J, and then three rows of M^-1 J', which are as long as the robot's
+    /// velocities.
     ///
-    /// J has its numbers span by span; those of two columns that follow each other lie side by side, n n t t u u, and of the
-    /// last one of an odd span as n t u.
+    /// J is stored span by span. Two consecutive columns are interleaved as n n t t u u, and the last one of
+    /// an odd span is n t u.
     pub fn size(&self) -> usize {
         3 * (self.columns() + self.len)
     }
 
-    /// Each span with its part of J.
+    /// Returns each span with its part of J.
     #[inline(always)]
     pub fn parts<'a>(&self, blocks: &'a [f64]) -> impl Iterator<Item = (Range<usize>, &'a [f64])> + use<'a> {
         let mut rest = &blocks[self.at..];
@@ -120,7 +122,7 @@ impl Side {
         [n, t, u]
     }
 
-    /// J and M^-1 J' of a side that moves all of six velocities, as a single free body does.
+    /// Returns J and M^-1 J' of a side that moves all of six velocities, as a single free body does.
     #[inline(always)]
     pub fn single<'a>(&self, blocks: &'a [f64]) -> Option<(&'a [f64; 18], &'a [[f64; 6]; 3])> {
         if !self.moves_six() {
@@ -130,7 +132,7 @@ impl Side {
         Some((jacobian, rest.first_chunk::<18>()?.as_chunks::<6>().0.first_chunk::<3>()?))
     }
 
-    /// Makes rows zero, of J and of M^-1 J', in which no number of J is larger than this.
+    /// Sets rows of J and of M^-1 J' to zero in which no number of J exceeds this.
     pub fn drop_small_rows(&self, least: f64, blocks: &mut [f64]) {
         let (jacobian, responses) = blocks[self.at..self.at + self.size()].split_at_mut(3 * self.columns());
         let mut largest = [0.0f64; 3];
@@ -148,7 +150,7 @@ impl Side {
         }
     }
 
-    /// Makes rows, of J and of M^-1 J', sums of all three.
+    /// Replaces rows of J and of M^-1 J' by combinations of all three.
     pub fn combine_rows(&self, sums: impl Fn([f64; 3]) -> [f64; 3], blocks: &mut [f64]) {
         let (jacobian, responses) = blocks[self.at..self.at + self.size()].split_at_mut(3 * self.columns());
         for column in
@@ -163,19 +165,19 @@ impl Side {
         }
     }
 
-    /// Whether its robot has six velocities, and J columns for all of them.
+    /// Returns whether its robot has six velocities, and J columns for all of them.
     #[inline(always)]
     pub fn moves_six(&self) -> bool {
         self.len == 6 && self.spans[MOST_SPANS - 1].len == 6
     }
 
-    /// J qd, added to the sums of each row: of even columns and of odd ones.
+    /// Adds J qd to the sums of each row, separately for even and odd columns.
     ///
-    /// Always inlined, as is what applies impulses: sweeps are made of these two.
+    /// Always inlined, as is [`apply_impulse`](Self::apply_impulse): sweeps consist of these two.
     #[inline(always)]
     pub(super) fn add_velocities(&self, blocks: &[f64], velocities: &[f64], sums: &mut [[f64; 2]; 3]) {
         let own = &velocities[self.first..self.first + self.len];
-        // Single free bodies are many: with the length known this is three times as fast.
+        // Single free bodies are frequent: with a known length this is three times as fast.
         if let (Some((jacobian, _)), Some(own)) = (self.single(blocks), own.first_chunk::<6>()) {
             add_products(jacobian, own, sums);
             return;
@@ -185,7 +187,7 @@ impl Side {
         }
     }
 
-    /// qd += M^-1 J' impulse.
+    /// Computes qd += M^-1 J' impulse.
     #[inline(always)]
     pub(super) fn apply_impulse(&self, blocks: &[f64], impulse: [f64; 3], velocities: &mut [f64]) {
         let own = &mut velocities[self.first..self.first + self.len];
@@ -201,7 +203,7 @@ impl Side {
         }
     }
 
-    /// J M^-1 J' of this side: J times each of its three responses.
+    /// Returns J M^-1 J' of this side: J times each of its three responses.
     #[inline(always)]
     pub(super) fn effects(&self, blocks: &[f64]) -> [[f64; 3]; 3] {
         let responses = match self.single(blocks) {
@@ -210,7 +212,7 @@ impl Side {
         };
         let own = Self { first: 0, ..*self };
         let mut effects = [[0.0; 3]; 3];
-        // No closure: what is not inlined is compiled for any processor.
+        // No closure: code that is not inlined is compiled for any processor.
         for (effects, response) in effects.iter_mut().zip(responses) {
             let mut sums = [[0.0; 2]; 3];
             own.add_velocities(blocks, response, &mut sums);
@@ -222,19 +224,19 @@ impl Side {
     }
 }
 
-/// Columns of J that belong to velocities of one span.
+/// Columns of J for velocities of one span.
 #[derive(Clone, Copy, Debug)]
 pub struct Columns {
-    /// Where the span's numbers begin.
+    /// Offset of the span's numbers.
     at: usize,
-    /// Of the span; 0 where J has no columns for them.
+    /// Length of the span; 0 if J has no columns for it.
     len: usize,
-    /// The column of the first of these velocities.
+    /// Column of the first of these velocities.
     first: usize,
 }
 
 impl Columns {
-    /// Where the numbers of the velocity are that follows the first by so many: along the normal and the two tangents.
+    /// Returns the location of the velocity at this offset: normal and two tangents.
     #[inline(always)]
     fn get(&self, offset: usize) -> Option<[usize; 3]> {
         let Self { at, len, first } = *self;
@@ -250,7 +252,7 @@ impl Columns {
         (column < len).then_some(numbers)
     }
 
-    /// Adds numbers, of which the first three count, to those of such a velocity.
+    /// Adds the first three of four numbers to the columns of the velocity at this offset.
     #[inline(always)]
     pub fn add(&self, offset: usize, numbers: &[f64; 4], jacobian: &mut [f64]) {
         if let Some([n, t, u]) = self.get(offset) {
@@ -261,7 +263,7 @@ impl Columns {
     }
 }
 
-/// Adds a part of J times its velocities; fast where the length is known.
+/// Adds a part of J times its velocities; fast if the length is known.
 #[inline(always)]
 fn add_products(part: &[f64], velocities: &[f64], sums: &mut [[f64; 2]; 3]) {
     let ((pairs, last), (twos, last_velocity)) = (part.as_chunks::<6>(), velocities.as_chunks::<2>());
@@ -278,7 +280,7 @@ fn add_products(part: &[f64], velocities: &[f64], sums: &mut [[f64; 2]; 3]) {
     }
 }
 
-/// Adds the transpose of a part of J times three factors; fast where the length is known.
+/// Adds the transpose of a part of J times three factors; fast if the length is known.
 #[inline(always)]
 pub fn add_transposed(sums: &mut [f64], part: &[f64], factors: [f64; 3]) {
     let ((pairs, last), (twos, last_sum)) = (part.as_chunks::<6>(), sums.as_chunks_mut::<2>());

@@ -4,11 +4,10 @@ use super::{Constraints, MAX_SWEEPS, MOST_START, RowKey, SETTLED, respond, respo
 use crate::dynamics::scratch::{MAX_RHS, Scratch};
 use crate::dynamics::tree::Tree;
 
-/// Changes `velocities` until every row holds, or the sweeps are used up.
+/// Changes `velocities` until every row holds, or the maximum number of sweeps is reached.
 ///
-/// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005),
-/// chapter 5: each row in turn gets the impulse that makes J qd + bias vanish,
-/// bounded in its sum.
+/// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005), chapter 5. Each row in turn
+/// gets the impulse that makes J qd + bias vanish, bounded in its sum.
 pub fn solve(
     tree: &Tree,
     q: &[f64],
@@ -28,7 +27,7 @@ pub fn solve(
     }
 }
 
-/// Finds what each row's impulse does, and gives it the impulse that it starts from.
+/// Computes the effect of each row's impulse, and applies its initial impulse.
 pub fn prepare(
     tree: &Tree,
     q: &[f64],
@@ -40,7 +39,7 @@ pub fn prepare(
     start(constraints, velocities);
 }
 
-/// Finds what each row's impulse does to all `n` velocities.
+/// Computes the effect of each row's impulse on all `n` velocities.
 fn find_responses(tree: &Tree, q: &[f64], constraints: &mut Constraints, scratch: &mut Scratch, n: usize) {
     let Constraints { rows, responses, .. } = constraints;
     if responses.len() < rows.len() * n {
@@ -66,9 +65,9 @@ fn find_responses(tree: &Tree, q: &[f64], constraints: &mut Constraints, scratch
     }
 }
 
-/// Has limits start from nothing where what they had would change their own velocities by far more than any velocity asks for: it is of
-/// another round, in which an actuator was not yet taken for saturated. Sweeps would take too long to undo it, since both limits of
-/// a joint take turns in that.
+/// Clears initial impulses of limits that would change their own velocities far more than any row asks for.
+/// They come from another round, in which an actuator did not yet count as saturated. Sweeps would take too
+/// long to undo them, since both limits of a joint alternate.
 fn drop_useless_starts(Constraints { rows, .. }: &mut Constraints, velocities: &[f64]) {
     let asked = rows.iter().map(|row| row.velocity(velocities).abs() + row.bias.abs());
     let most = MOST_START * asked.fold(0.0, f64::max);
@@ -79,7 +78,7 @@ fn drop_useless_starts(Constraints { rows, .. }: &mut Constraints, velocities: &
     }
 }
 
-/// Gives rows the impulses that they start from.
+/// Applies the rows' initial impulses.
 fn start(Constraints { rows, responses, .. }: &mut Constraints, velocities: &mut [f64]) {
     if rows.is_empty() {
         return;
@@ -93,7 +92,7 @@ fn start(Constraints { rows, responses, .. }: &mut Constraints, velocities: &mut
     }
 }
 
-/// Once through all rows. The largest change of a row's own velocity, rad/s or m/s.
+/// Sweeps once through all rows. Returns the largest change of a row's own velocity, rad/s or m/s.
 pub fn sweep(constraints: &mut Constraints, velocities: &mut [f64]) -> f64 {
     let Constraints { rows, responses, .. } = constraints;
     let mut largest = 0.0f64;
@@ -117,7 +116,7 @@ pub fn sweep(constraints: &mut Constraints, velocities: &mut [f64]) -> f64 {
     largest
 }
 
-/// velocities += factor * response.
+/// Computes velocities += factor * response.
 #[inline]
 fn add_scaled(velocities: &mut [f64], response: &[f64], factor: f64) {
     for (velocity, response) in velocities.iter_mut().zip(response) {

@@ -1,8 +1,8 @@
 //! Symmetric matrices of three rows, as six numbers: nn, nt, nu, tt, tu, uu.
 
-/// Eigenvalues and eigenvectors of a symmetric matrix, nn, nt, nu, tt, tu, uu, by Jacobi's rotations.
+/// Returns eigenvalues and eigenvectors of a symmetric matrix, nn, nt, nu, tt, tu, uu, by Jacobi rotations.
 pub fn eigen([nn, nt, nu, tt, tu, uu]: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
-    /// Each makes what is beside the diagonal quadratically smaller.
+    /// Number of rounds; each reduces the entries beside the diagonal quadratically.
     const ROUNDS: usize = 8;
     let mut matrix = [[nn, nt, nu], [nt, tt, tu], [nu, tu, uu]];
     let mut vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -29,7 +29,7 @@ pub fn eigen([nn, nt, nu, tt, tu, uu]: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
     ([matrix[0][0], matrix[1][1], matrix[2][2]], vectors)
 }
 
-/// A symmetric matrix, nn, nt, nu, tt, tu, uu, times a vector.
+/// Returns a symmetric matrix, nn, nt, nu, tt, tu, uu, times a vector.
 pub fn weigh([nn, nt, nu, tt, tu, uu]: [f64; 6], [n, t, u]: [f64; 3]) -> [f64; 3] {
     [nn * n + nt * t + nu * u, nt * n + tt * t + tu * u, nu * n + tu * t + uu * u]
 }

@@ -1,34 +1,34 @@
-//! Friction of one contact against spinning about the normal and rolling along the tangents, as three rows on the
-//! angular velocities of what touches.
+//! Friction of a contact against spinning about the normal and rolling along the tangents, as three rows on
+//! the relative angular velocities.
 //!
-//! The torques are bounded by coefficients in metres times the normal force, as MuJoCo's coefficients of torsional and rolling
-//! friction are: about the normal on its own, and along both tangents together within a circle. What would turn on is held, and what
-//! turns is braked.
+//! The torques are bounded by coefficients in metres times the normal force, as MuJoCo's coefficients of
+//! torsional and rolling friction are. The bound about the normal is separate; the one along both tangents is
+//! a circle. A body that would start to turn is held, and a turning one is braked.
 
 use super::contact::ContactRows;
 
-/// Turning of one contact.
+/// Rows of one contact against turning.
 #[derive(Clone, Copy, Debug)]
 pub struct TurningRows {
-    /// J of relative angular velocities along the contact's axes, and the impulses, N m s. What it says of targets and
-    /// friction is not used.
+    /// J of relative angular velocities along the contact's axes, and the impulses, N m s. Its targets and
+    /// friction are unused.
     pub rows: ContactRows,
-    /// Index of the rows of its forces.
+    /// Index of the contact's force rows.
     pub of: usize,
-    /// Metres.
+    /// Coefficient against spinning, metres.
     pub spinning: f64,
-    /// Metres.
+    /// Coefficient against rolling, metres.
     pub rolling: f64,
 }
 
 impl TurningRows {
-    /// Whether anything can turn.
+    /// Returns whether anything can turn.
     pub fn acts(&self) -> bool {
         let [nn, _, _, tt, _, uu] = self.rows.effect;
         nn + tt + uu > 0.0
     }
 
-    /// Gives the contact the torques that stop its turning, as far as they go with this normal impulse, N s. The
+    /// Applies the torques that stop its turning, within the bounds of this normal impulse, N s. Returns the
     /// largest change of an angular velocity, rad/s.
     #[inline]
     pub fn solve(&mut self, normal: f64, blocks: &[f64], velocities: &mut [f64]) -> f64 {
@@ -42,7 +42,7 @@ impl TurningRows {
         let [a, b, c] = self.rows.inverse;
         let mut rolling = [before_t - a * t - b * u, before_u - b * t - c * u];
         if rolling[0] * rolling[0] + rolling[1] * rolling[1] > roll * roll {
-            // As for the friction of what slips: a step against the motion.
+            // As for slipping friction: a step against the motion.
             let step = self.rows.gradient_step;
             rolling = [before_t - step * t, before_u - step * u];
             let size = rolling[0].hypot(rolling[1]);

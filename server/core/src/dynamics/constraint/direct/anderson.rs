@@ -1,47 +1,48 @@
-//! Anderson's acceleration of a fixed point z = g(z): the next z is chosen among all combinations of the last ones whose
-//! residuals g(z) - z have the least norm (Walker and Ni, "Anderson acceleration for fixed-point iterations" (2011)). Where g is
-//! affine, as many steps as z has numbers are enough.
+//! Anderson's acceleration of a fixed point z = g(z). The next z is the combination of the last ones whose
+//! residuals g(z) - z have the least norm. See Walker and Ni, "Anderson acceleration for fixed-point
+//! iterations" (2011). If g is affine, it needs as many steps as z has numbers.
 //!
-//! Of several lanes each begins anew in rounds of its own, so each has a number of differences of its own. What a lane does not have counts
-//! as a row and a column of the unit matrix with a right side of zero, which changes no other number.
+//! Each of several lanes restarts in its own rounds, so each has its own number of differences. A missing
+//! difference counts as a row and a column of the unit matrix with a right side of zero, which changes no
+//! other number.
 
 use crate::dynamics::real::{MaskOf, Real};
 
-/// Differences that are kept.
+/// Number of stored differences.
 const DEPTH: usize = 6;
 
-/// What is added to the diagonal of the normal equations, as a part of it.
+/// Damping of the normal equations: part of the diagonal that is added to it.
 const DAMPING: f64 = 1e-14;
 
-/// The memory of it.
+/// Memory of the acceleration.
 #[derive(Debug, Default)]
 pub(in crate::dynamics) struct Anderson<R> {
-    /// The last z and its residual.
+    /// Last z and its residual.
     last: [Vec<R>; 2],
-    /// Differences of z and of residuals; the oldest is written over.
+    /// Differences of z and of residuals; a new one overwrites the oldest.
     differences: [[Vec<R>; 2]; DEPTH],
-    /// How many there have been.
+    /// Number of differences so far.
     count: R,
-    /// Where the next one is written.
+    /// Index of the next difference.
     next: R,
-    /// 1 where there is a last one.
+    /// 1 if there is a last z.
     is_begun: R,
 }
 
 impl<R: Real> Anderson<R> {
-    /// Of so many numbers.
+    /// Creates the memory for `size` numbers.
     pub(in crate::dynamics) fn new(zero: R, size: usize) -> Self {
         let none = || [vec![zero; size], vec![zero; size]];
         let differences = std::array::from_fn(|_| none());
         Self { last: none(), differences, count: zero, next: zero, is_begun: zero }
     }
 
-    /// Bytes on the heap.
+    /// Returns the bytes on the heap.
     pub(in crate::dynamics) fn bytes(&self) -> usize {
         2 * (DEPTH + 1) * size_of_val(&self.last[0][..])
     }
 
-    /// Forgets what was in some lanes.
+    /// Resets some lanes.
     #[inline(always)]
     pub(in crate::dynamics) fn begin(&mut self, lanes: R::Mask) {
         let zero = self.count.splat(0.0);
@@ -56,7 +57,7 @@ impl<R: Real> Anderson<R> {
     pub(in crate::dynamics) fn advance(&mut self, lanes: R::Mask, z: &mut [R], residual: &[R]) {
         let zero = self.count.splat(0.0);
         self.keep(lanes, [z, residual]);
-        // Lanes that have so many differences or more have that one.
+        // A lane has difference j if its count exceeds j.
         let mut has = [zero.lt(zero); DEPTH];
         let mut kept = 0;
         for (j, has) in has.iter_mut().enumerate() {
@@ -85,7 +86,7 @@ impl<R: Real> Anderson<R> {
         }
     }
 
-    /// Keeps what some lanes have now, and how it differs from the last.
+    /// Stores the present values of some lanes, and their differences from the last.
     #[inline(always)]
     fn keep(&mut self, lanes: R::Mask, now: [&[R]; 2]) {
         let Self { last, differences, count, next, is_begun } = self;
@@ -124,7 +125,7 @@ impl<R: Real> Anderson<R> {
     }
 }
 
-/// The scalar product; not of nothing.
+/// Returns the scalar product; the vectors must not be empty.
 #[inline(always)]
 fn dot<R: Real>(a: &[R], b: &[R]) -> R {
     let mut sum = a[0] * b[0];
@@ -134,7 +135,7 @@ fn dot<R: Real>(a: &[R], b: &[R]) -> R {
     sum
 }
 
-/// Solves the normal equations by Gauss: they are few, symmetric and not indefinite.
+/// Solves the normal equations by Gaussian elimination: they are few, symmetric and not indefinite.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
 fn solve<R: Real>(matrix: &mut [[R; DEPTH]; DEPTH], right: &mut [R; DEPTH], kept: usize) {
@@ -169,7 +170,7 @@ fn solve<R: Real>(matrix: &mut [[R; DEPTH]; DEPTH], right: &mut [R; DEPTH], kept
 mod tests {
     use super::*;
 
-    /// z = A z + b with an A that plain iteration diverges with.
+    /// z = A z + b with an A for which plain iteration diverges.
     #[test]
     fn an_affine_map_is_solved_in_as_many_steps_as_it_has_numbers() {
         let a = [[0.5, -2.0, 0.1], [1.5, 0.3, 0.0], [0.0, 0.4, -1.7]];

@@ -1,4 +1,4 @@
-//! The equations of the active rows: their matrix, its solution, and the refinement that makes it exact.
+//! Equations of the active rows: their matrix, its solution, and the refinement that makes it exact.
 
 use super::{Direct, SOFTNESS, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
@@ -9,14 +9,15 @@ use crate::dynamics::constraint::link_rows::LinkState;
 use crate::dynamics::constraint::side::{Side, add_transposed};
 use crate::dynamics::constraint::three_rows::weigh;
 
-/// Steps of refinement at the most.
+/// Maximum number of refinement steps.
 pub(in crate::dynamics) const REFINEMENTS: usize = 4;
 
-/// What is left in a row's velocity after refinement, m/s or rad/s.
+/// Residual velocity of a row at which refinement ends, m/s or rad/s.
 pub(in crate::dynamics) const EXACT: f64 = 1e-14;
 
 impl Direct {
-    /// 1 / R of the contacts, the same for those of the same two robots, which follow each other, but for springs.
+    /// Computes 1 / R of the contacts. It is equal for consecutive contacts of the same two robots, except
+    /// for springs.
     pub(super) fn measure<R>(&mut self, system: &System<'_, R>) {
         let pair = |rows: &ContactRows| rows.sides.map(|side| (side.len > 0).then_some(side.member));
         for rows in system.rows.chunk_by(|a, b| pair(a) == pair(b)) {
@@ -28,7 +29,7 @@ impl Direct {
         }
     }
 
-    /// M + J' R^-1 J of the active rows, with the weights that they have.
+    /// Assembles M + J' R^-1 J of the active rows with their weights.
     pub(super) fn assemble<R>(&mut self, system: &System<'_, R>) {
         self.matrix.clear();
         let mut at = 0;
@@ -57,7 +58,8 @@ impl Direct {
         }
     }
 
-    /// What is left of each active row's equation, without its R but for constraints between links and springs. The largest.
+    /// Computes the residual of each active row's equation. R counts only for constraints between links and
+    /// for springs. Returns the largest residual.
     pub(super) fn take_residuals<R>(&mut self, system: &mut System<'_, R>) -> f64 {
         let mut largest = 0.0f64;
         for link in &mut *system.links {
@@ -86,7 +88,7 @@ impl Direct {
         largest
     }
 
-    /// The change of velocities by which the active rows, soft, lose their residuals.
+    /// Computes the change of velocities that removes the residuals of the active soft rows.
     pub(super) fn solve_residuals<R>(&mut self, system: &System<'_, R>) {
         let Self { change, residuals, hardness, joints, .. } = self;
         change.clear();
@@ -110,7 +112,7 @@ impl Direct {
         self.matrix.solve(change);
     }
 
-    /// Takes the softness out of velocities and impulses. False where that does not succeed.
+    /// Removes the softness from velocities and impulses. Returns false if that fails.
     pub(super) fn refine<R: AsMut<Articulation>>(&mut self, system: &mut System<'_, R>) -> bool {
         system.velocities.copy_from_slice(system.free);
         for rows in system.rows.iter().filter(|rows| rows.impulse != [0.0; 3]) {
@@ -124,7 +126,7 @@ impl Direct {
             let own = &mut system.velocities[member.first..member.first + member.len];
             joint.apply(system.robots[joint.member].as_mut().constraints_mut(), joint.impulse, own);
         }
-        // What slips is given from here on: the matrix is to be that of the other rows.
+        // Slipping rows are fixed from here on: the matrix must contain only the other rows.
         let is_bounded = system.links.iter().any(|link| link.state == LinkState::Saturated);
         if is_bounded || self.states.contains(&State::Slips) {
             for link in system.links.iter_mut().filter(|link| link.state == LinkState::Saturated) {
@@ -185,7 +187,7 @@ impl Direct {
     }
 }
 
-/// matrix += J' w J for the J of three rows; `weigh` is w times a column.
+/// Adds J' w J of three rows to the matrix; `weigh` returns w times a column.
 fn add_rows(
     matrix: &mut BlockCholesky,
     rows: &ContactRows,
@@ -205,8 +207,8 @@ fn add_rows(
     }
 }
 
-/// block += J' w J for the J of two sides; where the sides are one, on and below the diagonal. Rows of the block have `width`
-/// numbers.
+/// Adds J' w J of two sides to a block; if the sides are equal, only on and below the diagonal. Rows of the
+/// block have `width` numbers.
 fn add_weighted(
     block: &mut [f64],
     width: usize,
@@ -219,7 +221,7 @@ fn add_weighted(
     if let (Some((j, _)), Some((k, _)), Some(block)) =
         (rows.single(blocks), columns.single(blocks), block.first_chunk_mut::<36>())
     {
-        // Single free bodies are many, and fast where the length is known.
+        // Single free bodies are frequent, and a known length is fast.
         for (i, row) in block.as_chunks_mut::<6>().0.iter_mut().enumerate() {
             let at = 6 * (i / 2) + i % 2;
             add_transposed(row, k, weigh([j[at], j[at + 2], j[at + 4]]));

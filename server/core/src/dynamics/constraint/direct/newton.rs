@@ -1,27 +1,27 @@
-//! Newton's method on the soft problem: which rows are equations, judged in each round anew.
+//! Newton's method on the soft problem: each round determines the active rows anew.
 
 use super::{Direct, SLIP_TOLERANCE, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact_law::{first_guess, given, is_in_cone, judge, soft};
 use crate::dynamics::constraint::link_rows::LinkState;
 
-/// A step is short enough where what is left of the slope is at most this part of that at its begin.
+/// Slope at which a line search ends, as a part of the initial slope.
 pub(in crate::dynamics) const FLAT: f64 = 1e-3;
 
-/// Halvings at the most in which a step's length is found.
+/// Maximum number of halvings of a line search.
 pub(in crate::dynamics) const HALVINGS: usize = 30;
 
-/// Whether rows have changed in a round.
+/// Progress of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Progress {
-    /// They have.
+    /// Rows have changed.
     Goes,
-    /// Velocities and impulses are those of the soft problem.
+    /// Velocities and impulses solve the soft problem.
     Settled,
 }
 
 impl Direct {
-    /// Takes velocities and impulses as they are.
+    /// Starts with the present velocities and impulses.
     pub(super) fn begin_rounds<R: AsMut<Articulation>>(&mut self, system: &System<'_, R>) {
         if self.hardness.is_empty() {
             self.measure(system);
@@ -59,8 +59,8 @@ impl Direct {
         }
     }
 
-    /// A step of Newton, as far as it lowers the function; the first one is a whole step for the rows that were equations
-    /// before. `None` where there is none.
+    /// Makes a Newton step, as far as it lowers the function. The first one is a whole step for the
+    /// previously active rows. Returns `None` if there is no step.
     pub(super) fn advance<R: AsMut<Articulation>>(
         &mut self,
         system: &mut System<'_, R>,
@@ -134,8 +134,8 @@ impl Direct {
         Some(if changed { Progress::Goes } else { Progress::Settled })
     }
 
-    /// What the solution changes the rows' velocities by, and `force` into what it changes `momentum` by: M change, which is the
-    /// right side without what the rows take of it.
+    /// Computes the changes of the rows' velocities by the solution. Changes `force` to the change of
+    /// `momentum`: M change, which is the right side without the rows' share.
     fn find_ways<R>(&mut self, system: &mut System<'_, R>) {
         self.ways.clear();
         for (rows, weights) in system.rows.iter().zip(&self.weights) {
@@ -164,7 +164,7 @@ impl Direct {
         }
     }
 
-    /// How far along the solution the function falls, 1 at the most. `slope` is that at the begin.
+    /// Returns the step length up to which the function falls, at most 1. `slope` is the initial slope.
     fn find_length<R>(&self, system: &System<'_, R>, slope: f64) -> f64 {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (constant, square) = (dot(&self.change, &self.momentum), dot(&self.change, &self.force));
@@ -204,7 +204,8 @@ impl Direct {
         below
     }
 
-    /// Takes impulses from the soft rows' velocities, and the bounds of friction from these. Whether any row changed.
+    /// Computes impulses from the soft rows' velocities, and the friction bounds from these impulses. Returns
+    /// whether any row changed.
     fn project<R>(&mut self, system: &mut System<'_, R>) -> bool {
         let (mut changed, mut is_same, mut slips) = (false, true, false);
         self.bound_residuals.clear();
@@ -244,7 +245,7 @@ impl Direct {
         for link in system.links.iter_mut().filter(|link| link.acts()) {
             let (impulse, weights, state) = link.soft(link.rows.velocities(system.blocks, system.velocities));
             let moved = (0..3).map(|k| (impulse[k] - link.used[k]).powi(2)).sum::<f64>().sqrt();
-            // Its derivative is not constant there: the step was not exact.
+            // The derivative is not constant there, so the step was not exact.
             let turned = state == LinkState::Saturated && moved > SLIP_TOLERANCE * link.most;
             changed |= turned || (state == LinkState::Holds && link.weights != weights);
             changed |= state == LinkState::Open && link.weights != [0.0; 6];
@@ -259,7 +260,7 @@ impl Direct {
         changed
     }
 
-    /// Whether the impulses keep to their bounds, and what is not active to its side.
+    /// Returns whether the impulses are within their bounds, and inactive rows on their side.
     pub(super) fn holds<R>(&self, system: &System<'_, R>) -> bool {
         let contacts = system.rows.iter().zip(&self.states).all(|(rows, state)| match state {
             State::Open => {

@@ -1,4 +1,4 @@
-//! Impulses of a block: what it may do at the most, the soft ones of the direct solver, and those of sweeps.
+//! Impulses of a block: their bounds, the soft impulses of the direct solver, and those of sweeps.
 
 use glamx::DVec3;
 
@@ -6,7 +6,7 @@ use super::{LinkRows, LinkState};
 use crate::dynamics::constraint::three_rows::weigh;
 
 impl LinkRows {
-    /// An impulse as far as it may go.
+    /// Returns an impulse within its bounds.
     pub fn bounded(&self, [n, t, u]: [f64; 3]) -> ([f64; 3], LinkState) {
         if self.is_one_sided && n <= 0.0 {
             return ([0.0; 3], LinkState::Open);
@@ -19,12 +19,12 @@ impl LinkRows {
         ([n * part, t * part, u * part], LinkState::Saturated)
     }
 
-    /// target - J v - R p, at these velocities of the rows.
+    /// Returns target - J v - R p, at these velocities of the rows.
     pub fn residual(&self, velocities: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| self.targets[k] - velocities[k] - self.compliance * self.rows.impulse[k])
     }
 
-    /// The impulse of the soft block at these velocities, and the weights of its derivative.
+    /// Returns the impulse of the soft block at these velocities, and the weights of its derivative.
     pub fn soft(&self, velocities: [f64; 3]) -> ([f64; 3], [f64; 6], LinkState) {
         let hardness = 1.0 / self.compliance;
         let raw = [0, 1, 2].map(|k| (self.targets[k] - velocities[k]) * hardness);
@@ -42,7 +42,7 @@ impl LinkRows {
         (impulse, weights, state)
     }
 
-    /// The same where it is known whether they are equations; what is saturated has the impulse that it had.
+    /// Like [`soft`](Self::soft), for known active rows; a saturated block keeps its impulse.
     pub fn given(&self, velocities: [f64; 3]) -> ([f64; 3], [f64; 6]) {
         let hardness = 1.0 / self.compliance;
         match self.state {
@@ -55,12 +55,13 @@ impl LinkRows {
         }
     }
 
-    /// Weights times changes of velocities.
+    /// Returns the weights times changes of velocities.
     pub fn weighted(&self, [n, t, u]: [f64; 3]) -> [f64; 3] {
         weigh(self.weights, [n, t, u])
     }
 
-    /// Gives the block the impulse that makes its rows hold, as far as it may go. The largest change of a row's velocity.
+    /// Applies the impulse that makes the block's rows hold, within its bounds. Returns the largest change of
+    /// a row's velocity.
     pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
         let residual = self.residual(self.rows.velocities(blocks, velocities));
         let step = weigh(self.inverse, residual);
@@ -68,7 +69,7 @@ impl LinkRows {
         let (mut impulse, mut state) = self.bounded([0, 1, 2].map(|k| before[k] + step[k]));
         let [nn, _, _, tt, _, uu] = self.rows.effect;
         if state == LinkState::Saturated && !self.is_one_sided {
-            // As for the friction of what slips: a step against the motion.
+            // As for slipping friction: a step against the motion.
             let length = 1.0 / (nn + tt + uu + self.compliance);
             (impulse, state) = self.bounded([0, 1, 2].map(|k| before[k] + length * residual[k]));
         }
