@@ -1,4 +1,4 @@
-//! Momentum of floating trees: steps after a disturbance take velocity terms that keep it.
+//! Momentum of floating trees: after a disturbance, steps use velocity terms that conserve it.
 
 use glamx::{DMat3, DVec3};
 
@@ -10,23 +10,25 @@ use crate::dynamics::real::Real;
 use crate::dynamics::scratch::BodyScratch;
 use crate::dynamics::velocity_terms::is_fast;
 
-/// Error of extrapolated velocities, as a part of the step's change, from which terms at them move momentum. The errors of old velocities
-/// are half of the change, and cancel from step to step; those of extrapolated ones add up.
+/// Error of extrapolated velocities, as a part of the step's change, from which their terms change momentum.
+/// The errors of old velocities are half of the change, and cancel from step to step; those of extrapolated
+/// ones add up.
 const DISTURBED: f64 = 0.02;
 
-/// Sum of squares of velocity errors that is rounding.
+/// Sum of squares of velocity errors that counts as rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// Maximum number of estimates of the new velocities.
 const MAX_ESTIMATES: usize = 30;
 
-/// Change of an estimate, as a part of the step's change, with which it is the solution.
+/// Largest change of an estimate, as a part of the step's change, at which it counts as the solution.
 const SETTLED: f64 = 1e-6;
 
-/// Largest ratio of the changes of two estimates with which they settle soon.
+/// Largest ratio of the changes of two estimates at which iteration converges soon.
 const CONTRACTS: f64 = 0.7;
 
-/// Squares of the errors of extrapolated velocities, and of the changes of velocities in a step, summed over a tree.
+/// Squares of the errors of extrapolated velocities, and of the changes of velocities in a step, summed over
+/// a tree.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::dynamics) struct Errors<R: Real> {
     extrapolation: R,
@@ -34,13 +36,13 @@ pub(in crate::dynamics) struct Errors<R: Real> {
 }
 
 impl<R: Real> Errors<R> {
-    /// Sums of nothing.
+    /// Returns sums of zero.
     #[inline(always)]
     pub(in crate::dynamics) fn none(zero: R) -> Self {
         Self { extrapolation: zero, change: zero }
     }
 
-    /// Adds a velocity: as it was extrapolated to the middle between an old and a new one.
+    /// Adds a velocity, which was extrapolated to the middle between an old and a new one.
     #[inline(always)]
     pub(in crate::dynamics) fn add(&mut self, extrapolated: R, old: R, new: R) {
         let off = extrapolated - old.splat(0.5) * (old + new);
@@ -49,7 +51,7 @@ impl<R: Real> Errors<R> {
         self.change += change * change;
     }
 
-    /// Whether velocity terms at the extrapolated velocities move momentum.
+    /// Returns whether velocity terms at the extrapolated velocities change momentum.
     #[inline(always)]
     pub(in crate::dynamics) fn disturb(self) -> R::Mask {
         let zero = self.change;
@@ -57,21 +59,22 @@ impl<R: Real> Errors<R> {
     }
 }
 
-/// Which velocities.
+/// Velocities to evaluate.
 #[derive(Clone, Copy)]
 enum Velocities {
-    /// In the middle of the step before, or at the begin of this one if they were given.
+    /// Velocities in the middle of the previous step, or at the start of this one if they were set.
     Old,
-    /// In the middle of this step.
+    /// Velocities in the middle of this step.
     New,
 }
 
 impl Articulation {
-    /// Whether the velocity terms of this step need [`solve_balanced`](Self::solve_balanced): a floating tree whose velocities changed in
-    /// another way than in the steps before, so that they are not those which were extrapolated.
+    /// Returns whether the velocity terms of this step need [`solve_balanced`](Self::solve_balanced). This is
+    /// a floating tree whose velocities changed differently than in the steps before, so that the
+    /// extrapolation failed.
     pub(super) fn is_disturbed(&self, h: f64) -> bool {
         let StepScratch { new_velocities, passes, .. } = &self.scratch;
-        // A step from given velocities takes half of its kick; see `balance_half_kick`.
+        // A step from set velocities takes half of its kick; see `balance_half_kick`.
         if self.state.history == History::Given {
             return false;
         }
@@ -80,13 +83,13 @@ impl Articulation {
         for ((extrapolated, half), new) in old.zip(new_velocities) {
             errors.add(*extrapolated, *half, *new);
         }
-        // Terms at the mean velocity keep the energy of fast spins.
+        // Terms at the mean velocity conserve the energy of fast spins.
         let was_smooth = matches!(self.state.history, History::Smooth | History::SmoothTwice);
         errors.disturb() && !(was_smooth && is_fast(passes, h))
     }
 
-    /// Solves the rows of a floating tree. The velocity terms keep its momentum, and of its linear momentum what they lose of third order
-    /// is given back.
+    /// Solves the rows of a floating tree. The velocity terms conserve its momentum; their third-order loss
+    /// of linear momentum is restored.
     pub(super) fn solve_floating(&mut self, gravity: DVec3, h: f64) {
         self.scratch.velocity_terms.keep(&self.scratch.new_velocities);
         self.solve_rows();
@@ -99,8 +102,9 @@ impl Articulation {
         }
     }
 
-    /// Moves the whole tree so that its linear momentum after half of a step is what it was at the time `since`, from now, plus the impulses of
-    /// gravity and wrenches over `kick` seconds of a step of `h`.
+    /// Moves the whole tree so that its linear momentum after half of a step is conserved. It equals the
+    /// momentum at the time `since`, from now, plus the impulses of gravity and wrenches over `kick` seconds
+    /// of a step of `h`.
     fn keep_momentum(&mut self, gravity: DVec3, (since, kick, h): (f64, f64, f64)) {
         let (before, mass) = self.momentum_after(Velocities::Old, since);
         let (after, _) = self.momentum_after(Velocities::New, 0.5 * h);
@@ -119,7 +123,8 @@ impl Articulation {
         }
     }
 
-    /// Linear momentum after some time with the old or the new velocities, base axes, kg m/s, and the mass.
+    /// Returns the linear momentum after some time with the old or the new velocities, base axes, kg m/s, and
+    /// the mass.
     fn momentum_after(&mut self, which: Velocities, time: f64) -> (DVec3, f64) {
         let Self { tree, state, scratch } = self;
         let StepScratch { new_velocities, bodies_ahead, ahead, .. } = scratch;
@@ -140,8 +145,8 @@ impl Articulation {
         (momentum, mass)
     }
 
-    /// Makes the new velocities keep to the rows, with the mean of the velocity terms at the old and the new velocities; with the terms at
-    /// the old ones, as Euler has them, if no such velocities are found.
+    /// Makes the new velocities satisfy the rows, with the mean of the velocity terms at the old and the new
+    /// velocities. If no such velocities are found, it uses the terms at the old ones, as Euler does.
     pub(super) fn solve_balanced(&mut self, h: f64) {
         let StepScratch { passes, velocity_terms, .. } = &mut self.scratch;
         let state = &self.state;
@@ -166,8 +171,8 @@ impl Articulation {
         self.solve_with_terms(h);
     }
 
-    /// Changes the new velocities after half of a kick, from given velocities, into those with the velocity terms at the end of it:
-    /// M (u+ - v) = h/2 (f - b(q, u+)).
+    /// Converts the new velocities after half of a kick from set velocities to those with the velocity terms
+    /// at its end: `M (u+ - v) = h/2 (f - b(q, u+))`.
     pub(super) fn balance_half_kick(&mut self, gravity: DVec3, h: f64) {
         if self.is_floating() {
             self.solve_half_kick(h);
@@ -197,12 +202,13 @@ impl Articulation {
         velocity_terms.balance(&self.tree, positions, h, passes, new_velocities);
     }
 
-    /// Whether its root moves freely and other bodies move with it.
+    /// Returns whether its root moves freely and other bodies move with it.
     pub(super) fn is_floating(&self) -> bool {
         self.has_free_root() && self.scratch.free_body.is_none() && self.tree.bodies.len() > 1
     }
 
-    /// Replaces the new velocities by those with velocity terms at the present ones, and makes them keep to the rows.
+    /// Replaces the new velocities by those with velocity terms at the present ones, and makes them satisfy
+    /// the rows.
     fn solve_with_terms(&mut self, h: f64) {
         let StepScratch { new_velocities, passes, velocity_terms, .. } = &mut self.scratch;
         velocity_terms.balance(&self.tree, &self.state.positions, h, passes, new_velocities);
@@ -211,7 +217,7 @@ impl Articulation {
     }
 }
 
-/// Norms of the differences of velocities from their estimate, and from the old ones.
+/// Returns the norms of the differences of velocities from their estimate, and from the old ones.
 fn differences(new: &[f64], estimate: &[f64], old: &[f64]) -> (f64, f64) {
     let (mut off, mut change) = (0.0, 0.0);
     for ((new, estimate), old) in new.iter().zip(estimate).zip(old) {

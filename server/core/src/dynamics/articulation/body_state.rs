@@ -1,4 +1,4 @@
-//! The whole state of one robot, and what it must be where it came from a file.
+//! State of one robot, and its validation when it comes from a file.
 
 use glamx::DPose3;
 use serde::{Deserialize, Serialize};
@@ -15,44 +15,44 @@ use crate::dynamics::tree::{JointType, Tree};
 use crate::plain::pose3;
 use crate::valid::{finite, pose, sizes, unit};
 
-/// All that a robot is between two steps, beside its [`Tree`]: what a save copies and a fingerprint
-/// reads. Vectors are as long as the tree says: positions, and velocities with all that is aligned with them.
+/// State of a robot between two steps, beside its [`Tree`]: saves copy it and fingerprints read it. Vectors
+/// have the lengths of the tree: positions, and velocities with everything aligned to them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyState {
-    /// World from the base: the root link where it is fixed, else the world itself.
+    /// World from base: the root link if it is fixed, else the world itself.
     #[serde(with = "pose3")]
     pub base: DPose3,
-    /// q.
+    /// Positions q.
     pub positions: Vec<f64>,
-    /// qd.
+    /// Velocities qd.
     pub velocities: Vec<f64>,
-    /// The velocities that moved it in the last step: with leapfrog, those in the middle of it.
+    /// Velocities that moved it in the last step; with leapfrog, those in the middle of it.
     pub half_velocities: Vec<f64>,
-    /// What the last step changed the latter by; zero where velocities were given since.
+    /// Changes of `half_velocities` in the last step; zero if velocities were set since.
     pub changes: Vec<f64>,
-    /// What the step before it changed them by.
+    /// Changes of `half_velocities` in the step before.
     pub changes_before: Vec<f64>,
-    /// What leapfrog can go on from.
+    /// Data that leapfrog can continue from.
     pub history: History,
-    /// Settings and targets, one per degree of freedom; those of free bodies have no actuator.
+    /// Settings and targets, one for each degree of freedom; those of free bodies have no actuator.
     pub axes: Vec<Axis>,
-    /// The laws of the last step, one per degree of freedom.
+    /// Laws of the last step, one for each degree of freedom.
     pub drives: Vec<Drive>,
-    /// What the actuators applied over the last step, one per degree of freedom.
+    /// Efforts that the actuators applied over the last step, one for each degree of freedom.
     pub efforts: Vec<f64>,
-    /// Forces from outside on each body, in its own frame. Held until changed.
+    /// External forces on each body, in its own frame. Held until changed.
     pub external: Vec<Spatial>,
-    /// What they were in the last step, where commands or time have changed them since; else zero.
+    /// External forces in the last step, if commands or time have changed them since; else zero.
     pub external_before: Vec<Spatial>,
-    /// Whether commands or time have changed them since.
+    /// Whether commands or time have changed external forces since the last step.
     pub has_external_changed: bool,
-    /// Of the rows of joints, for the next step's warm start.
+    /// Impulses of the rows of joints, for the next step's warm start.
     pub impulses: Impulses,
 }
 
 impl BodyState {
-    /// At rest with the root at `world_from_root` and the joints at `positions`, which are those of the
-    /// joints alone; passive.
+    /// Creates a passive state at rest with the root at `world_from_root` and the joints at `positions`,
+    /// which exclude a free root's.
     pub fn new(tree: &Tree, world_from_root: DPose3, mut axes: Vec<Axis>, positions: &[f64]) -> Self {
         let mut q = vec![0.0; tree.root_positions()];
         if !tree.fixed_base {
@@ -81,7 +81,7 @@ impl BodyState {
         }
     }
 
-    /// `world_from_root`.
+    /// Returns `world_from_root`.
     pub fn root_pose(&self, tree: &Tree) -> DPose3 {
         if tree.fixed_base {
             return self.base;
@@ -90,7 +90,7 @@ impl BodyState {
         DPose3::from_parts(origin, rotation)
     }
 
-    /// Puts the root elsewhere.
+    /// Moves the root to a pose.
     pub fn set_root_pose(&mut self, tree: &Tree, world_from_root: DPose3) {
         if tree.fixed_base {
             self.base = world_from_root;
@@ -99,7 +99,7 @@ impl BodyState {
         }
     }
 
-    /// The velocities were given by something else than a step.
+    /// Records that velocities were set other than by a step.
     pub(super) fn forget_last_step(&mut self) {
         self.history = History::Given;
         self.half_velocities.fill(0.0);
@@ -107,7 +107,7 @@ impl BodyState {
         self.changes_before.fill(0.0);
     }
 
-    /// Makes it equal to another, in the memory that it has.
+    /// Copies another state, reusing memory.
     pub(super) fn copy_from(&mut self, other: &Self) {
         let Self {
             base,
@@ -146,10 +146,10 @@ impl BodyState {
         }
     }
 
-    /// Whether this is a state of such a tree, with numbers that a step can take.
+    /// Checks that this is a state of such a tree, with numbers that a step can use.
     ///
     /// # Errors
-    /// What is wrong, as a fragment of a sentence.
+    /// Returns the fault as a fragment of a sentence.
     pub fn check(&self, tree: &Tree) -> Result<(), String> {
         let Self {
             base,
@@ -229,10 +229,10 @@ impl BodyState {
     }
 }
 
-/// The largest number of a target orientation, rad; nothing that a request can give comes near it.
+/// Largest number of a target orientation, rad; no request comes near it.
 const LONGEST: f64 = 1e100;
 
-/// Only numbers that a request could have given, or that follow from such.
+/// Accepts only numbers that a request could have set, or that follow from such numbers.
 fn check_axis(axis: &Axis) -> Result<(), String> {
     let AxisSettings {
         damping,
@@ -277,6 +277,6 @@ fn check_drive(drive: &Drive) -> Result<(), String> {
     let Drive { stiffness, damping, position, velocity, feed_forward, limit, saturated } = *drive;
     let values = [stiffness, damping, position, velocity, feed_forward];
     finite("laws of actuators", values.into_iter().chain(saturated))?;
-    // There may be none: it is infinite then.
+    // Without a limit it is infinite.
     if limit >= 0.0 { Ok(()) } else { Err(format!("laws of actuators with {limit} in them")) }
 }

@@ -1,4 +1,4 @@
-//! Memory of a robot, brought near the processor before a step reads it.
+//! Prefetch of a robot's memory before a step reads it.
 
 use std::hint::black_box;
 
@@ -7,10 +7,11 @@ use crate::dynamics::ldlt::Ldlt6;
 use crate::dynamics::scratch::BodyScratch;
 
 impl Articulation {
-    /// Reads a number of each piece of memory that a step needs of a single body, and does nothing with it.
+    /// Reads a number of each piece of memory that a step of a single body needs, and discards it.
     ///
-    /// Of a thousand robots most are far from the processor, each in some ten pieces. A step that reads one piece after the other waits
-    /// for each of them; here it waits for all of them at once. Of a robot with joints the arithmetic takes longer than the memory.
+    /// With a thousand robots, most are in distant memory, each in some ten pieces. A step that reads one
+    /// piece after the other waits for each of them. This function waits for all of them at once. For a robot
+    /// with joints, the arithmetic takes longer than the memory.
     pub fn fetch(&self) {
         let (state, scratch) = (&self.state, &self.scratch);
         let ([at], [factors]) = (&scratch.passes.bodies[..], &scratch.passes.free[..]) else { return };

@@ -1,17 +1,19 @@
-//! The bookkeeping of leapfrog: which velocities a step starts from, and which ones it reports. See
+//! Bookkeeping of leapfrog: the velocities that a step starts from, and those that it reports. See
 //! [`integrator`](crate::dynamics::integrator) for the method.
 //!
-//! What is smooth is extrapolated; what is not starts anew:
+//! Smooth motion is extrapolated; otherwise integration restarts:
 //!
-//! * Velocities that were given (a spawn, a reset, other physics) belong to the beginning of a step. The velocities in
-//!   the middle of it are half a kick away, or a whole one where a contact or a limit holds: these ask for velocities,
-//!   and not for forces.
-//! * After a step in which a contact acted, in which a limit or dry friction began or ended to hold or friction turned
-//!   round, in which a joint came to rest at its limit, or in which an actuator came to its effort limit or left it, the velocities in
-//!   its middle are reported as they are. Total accelerations are extrapolated, with impulses in them: what is at rest stays at rest.
-//! * A wrench that begins or ends between two steps acts as if half of a step had been made with it: a push of n steps
-//!   gives n h times its force, and velocities in between are exact too.
-//! * A target acts from the middle of the step before on, so that a controller that sets one in each step is not delayed.
+//! * Velocities that were set (a spawn, a reset, other physics) belong to the start of a step. The velocities
+//!   in its middle are half a kick away. They are a whole kick away if a contact or a limit holds: these
+//!   prescribe velocities, and not forces.
+//! * After some steps the velocities in their middle are reported unchanged. These are steps in which a
+//!   contact acted, or a limit or dry friction began or ceased to hold. In others friction reversed, a joint
+//!   came to rest at its limit, or an actuator reached or left its effort limit.
+//! * Total accelerations are extrapolated, including impulses: a robot at rest stays at rest.
+//! * A wrench that begins or ends between two steps acts as if half of a step had been made with it. A push
+//!   of n steps gives n h times its force, and velocities in between are exact too.
+//! * A target acts from the middle of the previous step on, so that a controller that sets one in each step
+//!   is not delayed.
 
 use glamx::{DQuat, DVec3};
 
@@ -41,8 +43,8 @@ impl Articulation {
         self.scratch.meets_jump = std::mem::take(has_external_changed) && goes_on;
     }
 
-    /// Where forces from outside have jumped since the last step: takes the step from where it would be had
-    /// they acted in the steps before.
+    /// If external forces have jumped since the last step, corrects the state as if they had acted in the
+    /// previous steps.
     pub(super) fn meet_jump(&mut self, h: f64) {
         if !self.scratch.meets_jump || self.scratch.free_body.is_some() {
             return;
@@ -68,7 +70,7 @@ impl Articulation {
         }
     }
 
-    /// The new velocities of a single free body without constraints, after `part` of a kick.
+    /// Computes the new velocities of a single free body without constraints, after `part` of a kick.
     pub(super) fn drift(&mut self, gravity: DVec3, h: f64, part: f64) {
         let Some(body) = &self.scratch.free_body else { return };
         let state = &self.state;
@@ -85,44 +87,48 @@ impl Articulation {
         write_free(&mut self.scratch.new_velocities, linear, angular);
     }
 
-    /// A contact has given it an impulse in this step.
+    /// Records that a contact has given it an impulse in this step.
     pub(in crate::dynamics) fn note_contact(&mut self) {
         self.scratch.is_touched = true;
     }
 
-    /// A constraint between links acts on it: `jump`, from velocities that it did not allow, `kink`, in another way than in the step
-    /// before.
+    /// Records that a constraint between links acts on it. `jump`: the velocities before did not satisfy it.
+    /// `kink`: it acts differently than in the previous step.
     pub(in crate::dynamics) fn note_link(&mut self, jump: bool, kink: bool) {
-        // What acts on a single body is a kick before its drift.
+        // A force on a single body is a kick before its drift.
         self.scratch.is_touched |= self.scratch.free_body.is_some();
         self.scratch.is_linked = true;
         self.scratch.is_held |= jump;
         self.scratch.is_kinked |= kink;
     }
 
-    /// Whether all of its velocities would take half of a kick.
+    /// Returns whether all of its velocities would take half of a kick.
     pub(in crate::dynamics) fn takes_half_alike(&self) -> bool {
         let StepScratch { free_body, passes, .. } = &self.scratch;
         free_body.is_none() && passes.bodies.iter().all(|at| at.implicitness == Implicitness::MEAN)
     }
 
-    /// Whether this step may take half of the change of its velocities, where nothing holds it.
+    /// Returns whether this step may take half of the change of its velocities, if nothing holds it.
     pub(in crate::dynamics) fn may_halve_its_kick(&self) -> bool {
         let StepScratch { integrator, free_body, .. } = &self.scratch;
-        // What acts on a single body is a kick before its drift.
+        // A force on a single body is a kick before its drift.
         *integrator == Integrator::Leapfrog && self.state.history == History::Given && free_body.is_none()
     }
 
-    /// Whether this step takes half of the change of its velocities: these were given at its beginning.
+    /// Returns whether this step takes half of the change of its velocities, because they were set at its
+    /// start.
     pub(in crate::dynamics) fn halves_its_kick(&self) -> bool {
         let is_smooth = !self.scratch.is_held && !self.scratch.is_touched;
         self.scratch.integrator == Integrator::Leapfrog && self.state.history == History::Given && is_smooth
     }
 
-    /// Whether limits hold it, and whether a limit or dry friction has begun or ended to hold or has turned round,
-    /// before the impulses of the step before are forgotten. What stays as it was is smooth: a joint that is held has
-    /// no acceleration. A joint that meets its limit takes two steps to stop: in one it is slowed down so that it comes as far as the limit, and in
-    /// the next it is stopped there. The limit acts in both, and neither is smooth.
+    /// Determines whether limits hold it, and whether a limit or dry friction has begun or ceased to hold or
+    /// has reversed. Call it before the previous impulses are discarded. An unchanged state is smooth: a held
+    /// joint has no acceleration.
+    ///
+    /// A joint that meets its limit takes two steps to stop. In the first it is slowed down so that it
+    /// reaches the limit, and in the second it is stopped there. The limit acts in both, and neither is
+    /// smooth.
     pub(super) fn judge_rows(&mut self) {
         let is_given = self.state.history == History::Given;
         let BodyState { impulses: before, half_velocities, .. } = &self.state;
@@ -148,7 +154,8 @@ impl Articulation {
         }
     }
 
-    /// Keeps what the step changes the velocities by, and takes only half of it where they belong to its beginning.
+    /// Stores the step's changes of velocities, and takes only half of them if the velocities belong to its
+    /// start.
     pub(super) fn note_changes(&mut self, gravity: DVec3, h: f64) {
         let BodyState { half_velocities, changes, changes_before, history, .. } = &mut self.state;
         std::mem::swap(changes_before, changes);
@@ -176,7 +183,7 @@ impl Articulation {
             self.balance_half_kick(gravity, h);
             return;
         }
-        // What a stiff joint does within the step, others feel.
+        // Other joints feel what a stiff joint does within the step.
         let part = |body: usize| passes.bodies[body].implicitness.damper();
         let change = velocity_terms.part_of(&self.tree, positions, passes, changes, part);
         for ((new, half), change) in new_velocities.iter_mut().zip(half_velocities).zip(change) {
@@ -186,7 +193,7 @@ impl Articulation {
         self.balance_half_kick(gravity, h);
     }
 
-    /// Reports velocities at the end of the step, positions being those there.
+    /// Reports velocities at the end of the step, for the positions there.
     pub(super) fn take_new_velocities(&mut self, gravity: DVec3, h: f64) {
         let all = self.implicitness_of_all();
         if self.scratch.integrator == Integrator::Leapfrog && self.scratch.free_body.is_some() {
@@ -206,7 +213,7 @@ impl Articulation {
             state.velocities.copy_from_slice(new_velocities);
             return;
         }
-        // Of one length, so that an index is checked once.
+        // Slices of one length, so that an index is checked once.
         let n = new_velocities.len();
         let (new_velocities, velocities) = (&new_velocities[..n], &mut state.velocities[..n]);
         let (changes, before, axes) = (&state.changes[..n], &state.changes_before[..n], &state.axes[..n]);
@@ -217,15 +224,15 @@ impl Articulation {
             let changed = changes[dofs.clone()].iter().zip(&before[dofs.clone()]);
             for (((velocity, new), (change, before)), axis) in moved.zip(changed).zip(&axes[dofs]) {
                 let end = new + state.history.extrapolated(own, *change, *before);
-                // Dry friction brakes no further than to rest.
+                // Dry friction brakes only to rest.
                 let turns = end * new < 0.0 && axis.settings.friction > 0.0;
                 *velocity = if turns { 0.0 } else { end };
             }
         }
     }
 
-    /// The same of a single free body. Between two steps it has the velocities at the end of its drift, without the
-    /// kick; what is reported has half of it.
+    /// Reports the velocities of a single free body. Between two steps it has the velocities at the end of
+    /// its drift, without the kick; the reported ones include half of it.
     fn take_drift(&mut self, gravity: DVec3, h: f64) {
         let StepScratch { new_velocities, free_body, drift, is_touched, .. } = &self.scratch;
         let Some(body) = free_body else { return };
@@ -243,13 +250,13 @@ impl Articulation {
         let is_smooth = !*is_touched;
         let mut momentum = drift.after;
         if *is_touched {
-            // What contacts give is a kick: the body drifts from there, and keeps its energy.
+            // Contact impulses are a kick: the body drifts from there, and keeps its energy.
             let new = twist(new_velocities);
             let push =
                 Twist { linear: new.linear - drift.twist.linear, angular: new.angular - drift.twist.angular };
             momentum = body.drift(drift.rotation, body.push(drift.rotation, drift.before, push), h).after;
         }
-        // Of velocities at the end of steps, where both have half of a kick in them.
+        // Velocities at the ends of steps, if both include half of a kick.
         let ends = is_smooth && *history != History::Kinked;
         let last = if ends { &*velocities } else { &*half_velocities };
         changes_before.copy_from_slice(last);
@@ -268,8 +275,8 @@ impl Articulation {
         *history = history.after(is_smooth);
     }
 
-    /// How the velocity of the origin of a single free body in the last step differed from that at its end: the origin goes around the
-    /// centre of mass, which goes straight on. World, m/s.
+    /// Returns the difference between a single free body's origin velocity in the last step and the one at
+    /// its end. The origin revolves about the centre of mass, which moves in a straight line. World, m/s.
     pub(in crate::dynamics) fn swing_of_origin(&self, h: f64) -> DVec3 {
         let StepScratch { integrator, free_body, .. } = &self.scratch;
         let (Some(body), Integrator::Leapfrog) = (free_body, integrator) else { return DVec3::ZERO };
@@ -281,8 +288,8 @@ impl Articulation {
         free_pose(&self.state.positions).1 * (angular.cross(angular.cross(center)) * (0.5 * h))
     }
 
-    /// Where joints follow others or links are constrained, all of them have the same, so that what follows also does so in
-    /// velocity.
+    /// Returns the common implicitness of all joints if joints follow others or links are constrained, so
+    /// that followers also follow in velocity.
     fn implicitness_of_all(&self) -> Option<Implicitness> {
         if self.tree.mimics.is_empty() && !self.scratch.is_linked {
             return None;
@@ -299,7 +306,8 @@ fn twist(velocities: &[f64]) -> Twist {
     }
 }
 
-/// A kick of `h` seconds by gravity and by a push about the body's origin, in its own axes.
+/// Returns the momentum after a kick of `h` seconds by gravity and by a push about the body's origin, in its
+/// own axes.
 fn kick(
     body: &FreeBody,
     momentum: Momentum,

@@ -1,4 +1,4 @@
-//! How easily a point of a robot is moved.
+//! Mobility of a point of a robot.
 
 use std::sync::Arc;
 
@@ -11,12 +11,14 @@ use crate::dynamics::integrator::Integrator;
 use crate::dynamics::kinematics::update_kinematics;
 
 impl Articulation {
-    /// The velocity, m/s, that an impulse of 1 N s along each of the world's axes gives to a point of a body, a column for
-    /// each; point and velocity in world axes. It is J M^-1 J', the inverse of the pseudo kinetic energy matrix of Khatib ("A
-    /// unified approach for motion and force control of robot manipulators", 1987), symmetric and without negative
-    /// eigenvalues. M is that of a step of `h` seconds: with what the actuators' laws of the last step add to it.
+    /// Returns the velocity, m/s, that an impulse of 1 N s along each of the world's axes gives to a point of
+    /// a body. Each column is one axis; point and velocity are in world axes. The matrix is J M^-1 J',
+    /// symmetric and without negative eigenvalues. Its inverse is the pseudo kinetic energy matrix of Khatib
+    /// ("A unified approach for motion and force control of robot manipulators", 1987). M belongs to a step
+    /// of `h` seconds: it includes the actuators' laws of the last step.
     ///
-    /// Costs three backward and forward passes over the robot, and the memory of one list of velocities. To be called between steps.
+    /// Costs three backward and forward passes over the robot, and the memory of one list of velocities. Call
+    /// it between steps.
     pub fn mobility(&mut self, body: usize, point: DVec3, h: f64, integrator: Integrator) -> DMat3 {
         let tree = Arc::clone(&self.tree);
         self.update_kinematics();
@@ -32,7 +34,7 @@ impl Articulation {
             scratch: &mut self.scratch.passes,
         };
         pass.run();
-        // The responses are found with what was gathered, before any of them is looked at.
+        // All responses are computed from the gathered data before any of them is used.
         let mut responses = vec![0.0; 3 * tree.velocity_count];
         let size = tree.velocity_count.max(1);
         let wrenches = self.wrenches(body, point, [DVec3::X, DVec3::Y, DVec3::Z]);

@@ -1,4 +1,4 @@
-//! Energy and momenta of a robot as it would go on.
+//! Energy and momenta of a robot as it continues to move.
 
 use glamx::{DMat3, DVec3};
 
@@ -10,19 +10,19 @@ use crate::dynamics::scratch::BodyScratch;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::tree::JointType;
 
-/// Of bodies, about one point, world axes.
+/// Momenta of bodies about one point, world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::dynamics) struct Momenta {
-    /// Of all of them, as if they were one.
+    /// Inertia of all bodies as if they were one.
     pub(in crate::dynamics) inertia: Rigid,
-    /// kg m^2/s, and kg m/s.
+    /// Angular and linear momentum, kg m^2/s and kg m/s.
     pub(in crate::dynamics) momentum: Spatial,
-    /// Kinetic, J.
+    /// Kinetic energy, J.
     pub(in crate::dynamics) energy: f64,
 }
 
 impl Articulation {
-    /// Whether its root moves freely.
+    /// Returns whether its root moves freely.
     pub(in crate::dynamics) fn has_free_root(&self) -> bool {
         let root = self.tree.bodies.first();
         !self.tree.fixed_base && root.is_some_and(|root| matches!(root.joint_type, JointType::Free { .. }))
@@ -40,7 +40,7 @@ impl Articulation {
         self.add_bodies(point, sum);
     }
 
-    /// Adds those about a point where it is now, with the new velocities.
+    /// Adds its momenta about a point at its present pose, with the new velocities.
     pub(in crate::dynamics) fn add_momenta(&mut self, point: DVec3, sum: &mut Momenta) {
         let Self { tree, state, scratch } = self;
         let StepScratch { new_velocities, bodies_ahead, .. } = scratch;
@@ -62,13 +62,13 @@ impl Articulation {
         }
     }
 
-    /// Makes the new velocities smaller.
+    /// Scales the new velocities.
     pub(in crate::dynamics) fn scale_motion(&mut self, part: f64) {
         self.scratch.new_velocities.iter_mut().for_each(|velocity| *velocity *= part);
     }
 
-    /// Adds a motion of all of it to the velocities after a step, given about a point, world axes; where
-    /// [`add_momenta`](Self::add_momenta) has looked last.
+    /// Adds a rigid motion, given about a point, world axes, to the velocities after a step, at the pose of
+    /// the last [`add_momenta`](Self::add_momenta).
     pub(in crate::dynamics) fn add_motion(&mut self, point: DVec3, motion: Spatial) {
         let base = &self.state.base;
         let (Some(root), Some(at)) = (self.tree.bodies.first(), self.scratch.bodies_ahead.first()) else {

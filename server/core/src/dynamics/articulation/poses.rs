@@ -1,4 +1,4 @@
-//! The end of a step in which constraints between links put positions right.
+//! End of a step in which constraints between links correct positions.
 
 use glamx::DVec3;
 
@@ -8,17 +8,18 @@ use crate::dynamics::integrator::Integrator;
 use crate::dynamics::kinematics::free_pose;
 
 impl Articulation {
-    /// The first part of [`finish`](Self::finish), where constraints between links put positions right;
-    /// [`update_positions`](Self::update_positions) has to follow. What goes `far` is not smooth.
+    /// First part of [`finish`](Self::finish) if constraints between links correct positions;
+    /// [`update_positions`](Self::update_positions) must follow. A `far` correction is not smooth.
     pub(in crate::dynamics) fn begin_position_update(&mut self, far: bool, gravity: DVec3, h: f64) {
         self.scratch.is_kinked |= far;
         self.note_efforts(h);
         self.note_changes(gravity, h);
     }
 
-    /// Moves on by the new velocities and by `split`, with which constraints between links put positions right. The new velocities
-    /// go along, so that the robot keeps its kinetic energy. [`finish_velocities`](Self::finish_velocities) has to follow,
-    /// and [`add_momenta_ahead`](Self::add_momenta_ahead) has to have looked.
+    /// Integrates positions with the new velocities and with `split`, the velocities by which constraints
+    /// between links correct positions. It also transports the new velocities, so that the robot keeps its
+    /// kinetic energy. Must follow [`add_momenta_ahead`](Self::add_momenta_ahead), and precede
+    /// [`finish_velocities`](Self::finish_velocities).
     pub(in crate::dynamics) fn update_positions(&mut self, split: &[f64], h: f64) {
         let StepScratch {
             new_velocities, passes, velocity_terms, response: sum, split: own, free_body, ..
@@ -34,8 +35,8 @@ impl Articulation {
         self.shift_origin(1.0);
     }
 
-    /// Of a single body, what its origin has to go faster by so that its centre of mass goes on as it did: it is elsewhere about the centre
-    /// than it would have been.
+    /// Returns the additional origin velocity of a single body with which its centre of mass continues its
+    /// motion. The correction has rotated the origin about the centre.
     fn shift(&self) -> DVec3 {
         let StepScratch { new_velocities, ahead, free_body, .. } = &self.scratch;
         let (Some(body), [_, _, _, x, y, z]) = (free_body, &new_velocities[..]) else { return DVec3::ZERO };
@@ -52,7 +53,8 @@ impl Articulation {
             .for_each(|(velocity, shift)| *velocity += sign * shift);
     }
 
-    /// After [`update_positions`](Self::update_positions), what [`finish`](Self::finish) does with velocities.
+    /// Does after [`update_positions`](Self::update_positions) what [`finish`](Self::finish) does with
+    /// velocities.
     pub(in crate::dynamics) fn finish_velocities(&mut self, gravity: DVec3, h: f64) {
         // Leapfrog takes a single body's velocities for those at the begin of its drift.
         if self.scratch.integrator == Integrator::Leapfrog {
@@ -61,7 +63,8 @@ impl Articulation {
         self.take_new_velocities(gravity, h);
     }
 
-    /// The velocities with which constraints between links have put its position right in the last step; none where they did not.
+    /// Returns the velocities by which constraints between links corrected its position in the last step;
+    /// empty if they did not.
     pub fn split_velocities(&self) -> &[f64] {
         &self.scratch.split
     }

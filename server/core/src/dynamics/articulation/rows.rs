@@ -1,4 +1,4 @@
-//! What rows of constraints need of a robot: Jacobians, responses to impulses, and where velocities lead to.
+//! Data of a robot for constraint rows: Jacobians, responses to impulses, and predicted poses.
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 use pulp::Arch;
@@ -22,12 +22,12 @@ use crate::dynamics::spatials::Spatials;
 use crate::dynamics::symmetric::Symmetric;
 use crate::dynamics::tree::JointType;
 
-/// Positions of a body at the most: those of a free one.
+/// Maximum number of positions of a body, reached by a free one.
 const MOST_POSITIONS: usize = 7;
 
 impl Articulation {
-    /// Unit impulses at a world point of a body along three world directions, as they act about the body's origin, in the base's
-    /// axes; the fourth is nothing.
+    /// Returns unit impulses at a world point of a body along three world directions. They act about the
+    /// body's origin, in the base's axes; the fourth is zero.
     #[inline(always)]
     pub(in crate::dynamics) fn wrenches(
         &self,
@@ -46,7 +46,7 @@ impl Articulation {
         wrenches
     }
 
-    /// Unit torque impulses about three world directions, in the base's axes; the fourth is nothing.
+    /// Returns unit torque impulses about three world directions, in the base's axes; the fourth is zero.
     pub(in crate::dynamics) fn torques(&self, directions: [DVec3; 3]) -> Spatials<4> {
         let mut torques = Spatials::ZERO;
         for (k, direction) in directions.into_iter().enumerate() {
@@ -55,19 +55,19 @@ impl Articulation {
         torques
     }
 
-    /// The acceleration of a world point of a body with constant velocities, m/s²; world.
+    /// Returns the acceleration of a world point of a body with constant velocities, world, m/s².
     pub(in crate::dynamics) fn arc(&self, body: usize, point: DVec3) -> DVec3 {
         let world_from_base = DMat3::from_quat(self.state.base.rotation);
         let point = world_from_base.transpose() * (point - self.state.base.translation);
         world_from_base * arc(&self.tree, &self.scratch.passes.bodies, body, point)
     }
 
-    /// A unit torque impulse on a body about a world direction, in the base's axes.
+    /// Returns a unit torque impulse on a body about a world direction, in the base's axes.
     pub(in crate::dynamics) fn torque(&self, direction: DVec3) -> Spatial {
         Spatial::new(self.state.base.rotation.inverse() * direction, DVec3::ZERO)
     }
 
-    /// Adds J for three impulses on a body about its origin, in the base's axes, to that of a side.
+    /// Adds J for three impulses on a body about its origin, in the base's axes, to a side's J.
     #[inline(always)]
     pub(in crate::dynamics) fn add_wrench_rows(
         &self,
@@ -96,8 +96,8 @@ impl Articulation {
         );
     }
 
-    /// Adds M^-1 J' for three impulses on a body about its origin, in the base's axes, to three lists of all velocities. The memory
-    /// `rhs` has room for each body.
+    /// Adds M^-1 J' for three impulses on a body about its origin, in the base's axes, to three lists of all
+    /// velocities. `rhs` is memory with an entry for each body.
     pub(in crate::dynamics) fn add_wrench_responses(
         &self,
         body: usize,
@@ -110,26 +110,28 @@ impl Articulation {
         Arch::new().dispatch(MultiRhsSolve::of_wrenches(tree, q, (body, wrenches), scratch, rhs, sums));
     }
 
-    /// Writes M^-1 J' for the six unit impulses on a body about its origin, in the base's axes; not for single bodies.
+    /// Writes M^-1 J' for the six unit impulses on a body about its origin, in the base's axes; not for
+    /// single bodies.
     pub(in crate::dynamics) fn unit_wrench_responses(&mut self, body: usize, responses: &mut [f64]) {
         respond_to_unit_forces(&self.tree, &self.state.positions, body, &mut self.scratch.passes, responses);
     }
 
-    /// Where it is, where it is one free body that resists with its own inertia alone.
+    /// Returns its pose and inertia if it is one free body that only its own inertia resists.
     pub(in crate::dynamics) fn placed_body(&self) -> Option<PlacedBody> {
         let is_stiffened = self.scratch.stiffening != Symmetric::ZERO;
         if is_stiffened { None } else { PlacedBody::new(&self.tree, &self.scratch.passes) }
     }
 
-    /// Of a single free body: its centre of mass, and its moment of inertia about that; world. `None` of other robots.
+    /// Returns the centre of mass of a single free body, and its moment of inertia about it, world; `None`
+    /// for other robots.
     pub(in crate::dynamics) fn free_moment(&self) -> Option<(DVec3, Symmetric)> {
         let (center, moment) = self.scratch.free_body.as_ref()?.about_own_center();
         let at = &self.scratch.passes.bodies[0];
         Some((at.origin + at.rotation * center, moment.turned(&at.rotation)))
     }
 
-    /// Has a single free body resist impulses that turn it with this moment beside its own, world, until velocities are
-    /// [found](Self::start) again.
+    /// Adds a moment, world, to a single free body's resistance to turning impulses, until velocities are
+    /// [computed](Self::start) again.
     pub(in crate::dynamics) fn stiffen(&mut self, moment: Symmetric) {
         let StepScratch { passes, stiffening, .. } = &mut self.scratch;
         if let ([at], [factors]) = (&mut passes.bodies[..], &mut passes.free[..]) {
@@ -139,7 +141,7 @@ impl Articulation {
         }
     }
 
-    /// Where a body is once these velocities have moved it for `h` seconds: `world_from_body`.
+    /// Returns `world_from_body` of a body after these velocities have moved it for `h` seconds.
     pub(in crate::dynamics) fn pose_after(&self, body: usize, velocities: &[f64], h: f64) -> DPose3 {
         let mut base_from_body = Placement::IDENTITY;
         let mut next = Some(body);
@@ -157,7 +159,7 @@ impl Articulation {
         DPose3::from_parts(self.state.base.transform_point(origin), rotation.normalize())
     }
 
-    /// Gives `velocities` the impulses that the rows of joints start from.
+    /// Adds the initial impulses of the rows of joints to `velocities`.
     pub(in crate::dynamics) fn prepare_rows(&mut self, velocities: &mut [f64]) {
         prepare(
             &self.tree,
@@ -168,7 +170,7 @@ impl Articulation {
         );
     }
 
-    /// Once through the rows of joints: the largest change of a velocity.
+    /// Sweeps once through the rows of joints. Returns the largest change of a velocity.
     pub(in crate::dynamics) fn sweep_rows(&mut self, velocities: &mut [f64]) -> f64 {
         sweep(&mut self.scratch.constraints, velocities)
     }
@@ -178,12 +180,12 @@ impl Articulation {
         respond(&self.tree, &self.state.positions, &[joint], &mut self.scratch.passes, response);
     }
 
-    /// The rows of joints, and what they do.
+    /// Returns the rows of joints and their responses.
     pub(in crate::dynamics) fn constraints_mut(&mut self) -> &mut Constraints {
         &mut self.scratch.constraints
     }
 
-    /// Writes what impulses work against, as this step's passes found it; see [`implicit_inertia`].
+    /// Writes the inertia that impulses act on, from this step's passes; see [`implicit_inertia`].
     pub(in crate::dynamics) fn write_implicit_inertia(
         &self,
         composite: &mut Vec<Rigid>,
@@ -205,13 +207,14 @@ impl Articulation {
         true
     }
 
-    /// Keeps the impulses of the rows of joints for the next step.
+    /// Stores the impulses of the rows of joints for the next step.
     pub(in crate::dynamics) fn keep_rows(&mut self) {
         self.judge_rows();
         self.state.impulses.keep(&self.scratch.constraints.rows);
     }
 
-    /// How much of `step` beside the velocities `goes` leads in `h` seconds no joint beyond a limit that has no row in this step: 1 at the most.
+    /// Returns the largest part of `step`, at most 1, that leads no joint past a limit without a row. The
+    /// joints move with `goes` plus this part for `h` seconds.
     pub(in crate::dynamics) fn part_within_limits(&self, goes: &[f64], step: &[f64], h: f64) -> f64 {
         let rows = &self.scratch.constraints.rows;
         let mut part = 1.0f64;

@@ -1,26 +1,26 @@
-//! Which actuators saturate in a step.
+//! Detection of saturated actuators in a step.
 
 use super::{Articulation, BodyState, StepScratch};
 use crate::dynamics::actuator::Drive;
 use crate::dynamics::spherical;
 use crate::dynamics::tree::JointType;
 
-/// Rounds at the most in which it is found which actuators saturate. Each is a step of Newton's method for efforts that are
-/// bounded, and two are the rule.
+/// Maximum number of rounds that determine exactly which actuators saturate. Each is a step of Newton's
+/// method for bounded efforts; two are usual.
 pub(in crate::dynamics) const EXACT_ROUNDS: usize = 4;
 
-/// Where that goes in circles, actuators are [weakened](Drive::weaken) and strengthened until this round, and only weakened from then
-/// on.
+/// Round up to which actuators are [weakened](Drive::weaken) and strengthened if exact rounds cycle; from
+/// then on they are only weakened.
 pub(in crate::dynamics) const BOTH_WAYS_UNTIL: usize = EXACT_ROUNDS + 4;
 
-/// Rounds at the most.
+/// Maximum number of rounds.
 pub(in crate::dynamics) const MAX_ROUNDS: usize = BOTH_WAYS_UNTIL + 8;
 
 impl Articulation {
-    /// Finds the actuators whose solved effort is beyond their limit, and those that were saturated and need not be. Says whether any
-    /// changed, so that another round is needed.
+    /// Finds the actuators whose solved effort exceeds their limit, and saturated ones that no longer need to
+    /// be. Returns whether any changed, so that another round is needed.
     ///
-    /// Where [`EXACT_ROUNDS`] do not settle it, actuators are weakened from there on.
+    /// If [`EXACT_ROUNDS`] do not converge, actuators are weakened from there on.
     pub(in crate::dynamics) fn saturate(&mut self, h: f64, round: usize) -> bool {
         if round + 1 == MAX_ROUNDS {
             return false;
@@ -42,8 +42,8 @@ impl Articulation {
         changed
     }
 
-    /// Changes each actuator that has a limit, by what its law asks for at the new velocities and what is left of its gains. Whether any
-    /// has changed.
+    /// Updates each actuator with a limit, from the effort that its law requests at the new velocities and
+    /// the remaining part of its gains. Returns whether any has changed.
     fn change_limited_drives(
         &mut self,
         h: f64,
@@ -64,7 +64,7 @@ impl Articulation {
         changed
     }
 
-    /// No actuator saturates, as far as is known, and all have their gains.
+    /// Clears saturation and restores all gains.
     pub(super) fn forget_saturation(&mut self) {
         let StepScratch { parts, is_weakened, .. } = &mut self.scratch;
         for (drive, part) in self.state.drives.iter_mut().zip(parts) {
@@ -76,7 +76,8 @@ impl Articulation {
         *is_weakened = false;
     }
 
-    /// What the actuators apply at the new velocities. Setpoints stay within reach of those that saturate.
+    /// Stores the efforts that the actuators apply at the new velocities, and keeps setpoints of saturated
+    /// ones within reach.
     pub(super) fn note_efforts(&mut self, h: f64) {
         let mut saturates = false;
         let StepScratch { passes, new_velocities, parts, is_weakened, .. } = &mut self.scratch;

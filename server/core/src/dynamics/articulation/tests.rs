@@ -1,4 +1,5 @@
-//! Responses to several impulses at once are those to each, and the pose of one link is that among all.
+//! Equality of joint responses to several impulses with single ones, and of one link's pose with the pose
+//! among all.
 
 use glamx::DMat3;
 use pulp::{Scalar, Simd};
@@ -9,7 +10,7 @@ use super::*;
 use crate::dynamics::constraint::{MultiRhsSolve, Row, respond, respond_to_joints};
 use crate::dynamics::spatial::Spatial;
 
-/// Links one after the other and in branches, with a joint of each kind.
+/// Returns a chain of links with branches and a joint of each kind.
 fn robot(is_fixed: bool) -> Articulation {
     let link = |index: usize| Link {
         name: format!("link_{index}"),
@@ -69,7 +70,7 @@ fn robot(is_fixed: bool) -> Articulation {
     robot
 }
 
-/// Of the six unit wrenches on a body, with these vectors.
+/// Returns the responses to the six unit wrenches on a body, with these vectors.
 fn responses<S: Simd>(simd: S, robot: &mut Articulation, body: usize) -> Vec<f64> {
     let mut out = vec![0.0; 6 * robot.tree.velocity_count];
     let scratch = &mut robot.scratch.passes;
@@ -147,7 +148,7 @@ fn responses_to_three_wrenches_have_the_bits_of_those_to_each() {
             for (k, together) in together.chunks_exact(n).enumerate() {
                 robot.wrench_response(body, wrenches.get(k), &mut alone);
                 for (together, alone) in together.iter().zip(&alone) {
-                    // A zero that is added has no sign.
+                    // An added zero has no sign.
                     assert_eq!(together.to_bits(), (0.0 + alone).to_bits(), "{body}, {k}");
                 }
             }
