@@ -1,8 +1,9 @@
-//! What a client drags along by a constraint, and where that does not follow.
+//! Constraints by which a client drags links, and links that do not follow.
 //!
-//! Velocities that close an error take along what is held, and what that pushes. But where other constraints, or the way that is left
-//! to joints, do not let the error close, they are a motor without end. So what does not come as near as its velocities
-//! promise is held where it is, and put right [in positions alone](super::split_velocities), which moves no energy.
+//! Velocities that close an error move the held links and whatever those push. If other constraints or joint
+//! limits keep the error from closing, these velocities are a motor without end. A constraint that does not
+//! come as near as its velocities promise is therefore held at its present place. It is corrected [in
+//! positions alone](super::split_velocities), which adds no energy.
 
 use glamx::DVec3;
 
@@ -10,20 +11,22 @@ use super::{ActiveConstraint, Island};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::link_rows::LinkState;
 
-/// What reaches less than 1 - this of what it aims at does not reach it.
+/// Part of the aimed correction that a constraint may miss and still count as reaching its target.
 pub(super) const UNREACHED: f64 = 0.2;
 
-/// What leaves its tangent by more than this part of its way does not go where it aims at.
+/// Departure from the tangent, as a part of the displacement, beyond which a constraint does not move towards
+/// its target.
 const BENT: f64 = 0.5;
 
-/// Less than this is no way, m or rad.
+/// Smallest displacement that counts, m or rad.
 const NO_WAY: f64 = 1e-6;
 
-/// Rounds at the most: in the last one all that is pulled is let go where any does not follow.
+/// Maximum number of rounds. In the last one, all dragged constraints are released if any does not follow.
 const ROUNDS: usize = 2;
 
 impl Island {
-    /// Has what does not follow held where it is, and solves again. False where it was interrupted.
+    /// Holds constraints that do not follow at their present place, and solves again. Returns false if
+    /// interrupted.
     pub(super) fn stop_idle_pulls<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],

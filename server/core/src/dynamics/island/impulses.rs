@@ -1,4 +1,4 @@
-//! The impulses of an island: which ones are started from, and which way they are found.
+//! Impulses of an island: their initial values, and the choice of the solver.
 
 use super::{Island, Member, SolverChoice};
 use crate::dynamics::articulation::Articulation;
@@ -6,28 +6,31 @@ use crate::dynamics::constraint::PlacedBody;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::direct::{Outcome, System};
 
-/// Sweeps at the most.
+/// Maximum number of sweeps.
 pub(in crate::dynamics) const MAX_SWEEPS: usize = 50;
 
-/// Sweeping ends when no impulse changes its own velocity by more than this, m/s or rad/s.
+/// Largest change of a row's velocity by its own impulse at which sweeping ends, m/s or rad/s.
 pub(in crate::dynamics) const SETTLED: f64 = 1e-6;
 
-/// The same where the impulses are the least ones of the step before: then there is nothing to solve.
+/// Like [`SETTLED`], if the initial impulses are the least ones of the previous step: then nothing is left to
+/// solve.
 pub(in crate::dynamics) const UNCHANGED: f64 = 1e-13;
 
-/// After so many sweeps a direct solution is tried, in so many rounds: at once, and when sweeps take long.
+/// Numbers of sweeps after which a direct solution is tried, each with its maximum of rounds: at once, and
+/// when sweeps converge slowly.
 pub(in crate::dynamics) const DIRECT_AT: [(usize, usize); 2] = [(0, 8), (10, 12)];
 
-/// The same where sweeps have settled.
+/// Maximum number of rounds of the direct solution after sweeps have converged.
 pub(in crate::dynamics) const SETTLED_ROUNDS: usize = 4;
 
 impl Island {
-    /// Gives the velocities the impulses that are started from.
+    /// Applies the initial impulses to the velocities.
     ///
-    /// Those of the last step, p, unless they are worse than none. Sweeps lower the energy
-    /// f(p) = p' (J v0 - target) + p' J M^-1 J' p / 2, in which the kinetic energy changes by f(p) + p' target, and targets
-    /// are not positive but for rebounds: from f(p) <= 0 on, however few sweeps there are, contacts without
-    /// friction add no energy. After a hit the impulses of the hit would; then they are scaled by the factor that f is least with.
+    /// These are the last step's impulses p, unless they are worse than none. Sweeps lower the energy
+    /// `f(p) = p' (J v0 - target) + p' J M^-1 J' p / 2`. The kinetic energy changes by f(p) + p' target, and
+    /// targets are not positive except for rebounds. From f(p) <= 0 on, contacts without friction therefore
+    /// add no energy, however few sweeps there are. After a hit, the impulses of the hit would add energy;
+    /// they are then scaled by the factor that minimises f.
     pub(super) fn start<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         self.free.clear();
         self.free.extend_from_slice(&self.velocities);
@@ -53,7 +56,7 @@ impl Island {
         self.limit_energy(robots);
     }
 
-    /// Scales all impulses p by the factor that f(p) of [`Island::start`] is least with, where it is above 0.
+    /// Scales all impulses p by the factor that minimises the f(p) of [`Island::start`], if f(p) is above 0.
     pub(super) fn limit_energy<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         let Self { members, placed, rows, turning, links, blocks, velocities, free, .. } = self;
         // -p' (J v0 - target), and p' J M^-1 J' p.
@@ -102,9 +105,10 @@ impl Island {
         }
     }
 
-    /// Finds the impulses: where the least ones of the last step still hold, those; else directly where that may be, at
-    /// once or after some sweeps, which then know better what presses and slips; else by sweeps. False where it
-    /// was interrupted. Friction against rolling and spinning is for sweeps alone.
+    /// Finds the impulses. If the least ones of the last step still hold, it keeps them. Otherwise it uses
+    /// the direct solver if allowed, at once or after some sweeps, which improve the guess of which rows
+    /// press and slip. Otherwise it sweeps. Friction against rolling and spinning is solved by sweeps only.
+    /// Returns false if interrupted.
     pub(super) fn find_impulses<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -149,12 +153,14 @@ impl Island {
         true
     }
 
-    /// Whether all robots are single bodies, which only contacts without friction against turning hold.
+    /// Returns whether all robots are single bodies that are held only by contacts without friction against
+    /// turning.
     fn has_single_bodies_alone(&self) -> bool {
         self.turning.is_empty() && self.links.is_empty() && self.placed.iter().all(Option::is_some)
     }
 
-    /// Leaves hits to the next step that hits in this one have caused. Whether there are any.
+    /// Postpones hits that were caused by other hits in this step to the next one. Returns whether there are
+    /// any.
     pub(super) fn postpone_hits(&mut self, contacts: &[&mut Contact], gravity: f64, h: f64) -> bool {
         if !self.bounces {
             return false;
@@ -168,7 +174,7 @@ impl Island {
         any
     }
 
-    /// Once through all rows. The largest change of a row's own velocity.
+    /// Sweeps once through all rows. Returns the largest change of a row's own velocity.
     pub(super) fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> f64 {
         let mut largest = 0.0f64;
         for (robot, member) in jointed(robots, &self.members, &self.placed) {
@@ -189,7 +195,8 @@ impl Island {
     }
 }
 
-/// The robots that may have rows of joints: a free body has none, and to look would fetch each of a heap from far away.
+/// Returns the robots that may have rows of joints. A free body has none, and checking would fetch each body
+/// of a heap from distant memory.
 fn jointed<'a, R: AsMut<Articulation>>(
     robots: &'a mut [R],
     members: &'a [Member],

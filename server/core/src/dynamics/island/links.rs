@@ -1,4 +1,4 @@
-//! The rows of constraints between links: where they act, what they aim at, and what is kept of them.
+//! Rows of constraints between links: where they act, their targets, and their stored state.
 
 use glamx::{DPose3, DVec3};
 
@@ -15,15 +15,16 @@ use crate::dynamics::constraint::link_rows::{
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::tree::JointType;
 
-/// A constraint that something else than a step has moved, or moved what it is on, by no more than this, m and rad, takes along what it
-/// holds; what is farther away is put there.
+/// Largest error, m and rad, at which a constraint drags its links. It applies after its target or one of its
+/// links was moved other than by a step. Links with a larger error are moved there in positions.
 const DRAGGED: [f64; 2] = [0.05, 0.15];
 
-/// Member and body of an end, and where its frame is, world.
+/// Member and body of an end, and the pose of its frame, world.
 type End = ((usize, Option<usize>), DPose3);
 
 impl Island {
-    /// One or two blocks for each constraint, with what they aim at in a step of `h`; their numbers lie from `at` on.
+    /// Makes one or two blocks for each constraint, with their targets in a step of `h`; their numbers start
+    /// at `at`.
     pub(super) fn make_links<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -38,7 +39,7 @@ impl Island {
             let mut idle = false;
             let is_gear = matches!(definition.kind, ConstraintKind::Gear { .. });
             let aims = (!is_gear).then(|| constraint.aims(ends.map(|end| end.1)));
-            // Position and orientation together: one that is put there is not dragged by the other.
+            // Position and orientation together: if one is corrected in positions, the other does not drag.
             let drags = constraint.is_dragged
                 && aims.iter().flatten().zip(DRAGGED).all(|(aim, most)| aim.error() <= most);
             let mut add = |turns: bool, Aim { axes, errors }, gear: Option<GearRow>| {
@@ -60,7 +61,7 @@ impl Island {
                 (link.rows.impulse, link.state) = link.bounded(kept);
                 link.is_dragged = drags && link.is_within(DRAGGED);
                 link.is_pulled = (link.is_dragged || link.most.is_finite()) && !link.is_near();
-                // What did not reach what it aims at does not try again.
+                // A constraint that did not reach its target does not try again.
                 let is_idle = is_idle(constraint, &link);
                 idle |= is_idle;
                 link.is_pulled &= !link.is_slack() && !is_idle;
@@ -91,7 +92,7 @@ impl Island {
         self.lay_out_links(robots, at);
     }
 
-    /// Where an end is; `fixed` is the pose of its frame if it cannot move.
+    /// Returns the body and the frame of an end; `fixed` is the pose of its frame if it cannot move.
     fn end<R: AsMut<Articulation>>(
         &self,
         robots: &mut [R],
@@ -108,7 +109,7 @@ impl Island {
         ((member, at.body), pose)
     }
 
-    /// Says where the numbers of each block are, from `at` on.
+    /// Assigns the offset of each block's numbers, starting at `at`.
     fn lay_out_links<R: AsMut<Articulation>>(&mut self, robots: &mut [R], mut at: usize) {
         for link in &mut self.links {
             let own = link.ends[0].0 == link.ends[1].0;
@@ -144,7 +145,7 @@ impl Island {
         }
     }
 
-    /// J and M^-1 J' of all blocks. False where it was interrupted.
+    /// Computes J and M^-1 J' of all blocks. Returns false if interrupted.
     pub(super) fn measure_links<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -165,7 +166,7 @@ impl Island {
         true
     }
 
-    /// Keeps what the step found, and says what it means for how robots go on.
+    /// Stores the results of the step, and notifies robots for their next step.
     pub(super) fn keep_links<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -177,7 +178,8 @@ impl Island {
             let reading = &mut constraint.reading;
             (reading.last_force, reading.last_torque) = (DVec3::ZERO, DVec3::ZERO);
         }
-        // Velocities that were given take half of a kick alike, or a whole one: parts of their own would part what is held together.
+        // Velocities that were set take half of a kick alike, or a whole one: separate parts would separate
+        // the links that the constraint holds together.
         let is_alike = robots.iter_mut().all(|robot| robot.as_mut().takes_half_alike());
         for link in self.links.iter().filter(|link| !link.is_brake) {
             let constraint = &mut *constraints[link.rows.contact].constraint;
@@ -220,7 +222,8 @@ impl Island {
         }
     }
 
-    /// Keeps the errors that velocities lead to, which are those that positions follow; to be called before they do.
+    /// Stores the errors that the velocities lead to, which positions then follow. Call it before positions
+    /// are updated.
     pub(super) fn foresee<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -230,7 +233,7 @@ impl Island {
         if constraints.is_empty() {
             return;
         }
-        // What puts positions far away turns on a curve, which is none of the motion.
+        // Corrections to distant positions turn on a curve, which is no part of the motion.
         let is_known = !self.links.iter().any(LinkRows::is_put_far)
             && !robots.iter_mut().any(|robot| robot.as_mut().halves_its_kick());
         for of in &mut *constraints {
@@ -247,7 +250,7 @@ impl Island {
 }
 
 impl Measure<'_> {
-    /// J and M^-1 J' of two joints, as the first row.
+    /// Writes J and M^-1 J' of two joints, as the first row.
     fn gear<R: AsMut<Articulation>>(&mut self, robots: &mut [R], gear: &GearRow, rows: &mut ContactRows) {
         let own = gear.joints[0].0 == gear.joints[1].0;
         for side in rows.sides.iter().filter(|side| side.len > 0) {
@@ -267,7 +270,7 @@ impl Measure<'_> {
     }
 }
 
-/// The row of a gear, the axis of the second joint, world, and the error.
+/// Returns the row of a gear, the axis of the second joint, world, and the error.
 fn gear<R: AsMut<Articulation>>(
     robots: &mut [R],
     ends: [End; 2],
@@ -291,15 +294,15 @@ fn gear<R: AsMut<Articulation>>(
     Some((GearRow { joints }, second.4, second.3 - ratio * first.3 - offset))
 }
 
-/// What brakes how the two ends of the constraint of this index move against each other, in steps of `h`: all of their turning, or all of
-/// the motion of a point.
+/// Returns a brake for the relative motion of the two ends of the constraint of this index, in steps of `h`.
+/// It brakes all of their turning, or all of the motion of a point.
 fn brake(index: usize, ends: [(usize, Option<usize>); 2], point: DVec3, (turns, h): (bool, f64)) -> LinkRows {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let rows = ContactRows { contact: index, axes, ..ContactRows::default() };
     LinkRows { rows, ends, point, turns, most: f64::INFINITY, h, is_brake: true, ..LinkRows::default() }
 }
 
-/// Whether in the last step it did not come nearer to where it is to be, though it did not do all that it may.
+/// Returns whether it did not approach its target in the last step, although it was below its maximum force.
 fn is_idle(constraint: &LinkConstraint, link: &LinkRows) -> bool {
     let part = usize::from(link.turns);
     let (error, residual) = (constraint.reading.errors[part], constraint.reading.residuals[part]);
@@ -307,7 +310,7 @@ fn is_idle(constraint: &LinkConstraint, link: &LinkRows) -> bool {
     error > FAR[part] && residual > UNREACHED * aim && !link.is_at_most(constraint.impulses[part])
 }
 
-/// Whether the second joint of a gear turns.
+/// Returns whether the second joint of a gear turns.
 fn turns<R: AsMut<Articulation>>(robots: &mut [R], gear: GearRow) -> bool {
     let (member, body, ..) = gear.joints[1];
     robots[member].as_mut().tree().bodies[body].joint_type == JointType::Revolute

@@ -1,13 +1,16 @@
-//! Energy and momenta where positions were put right.
+//! Energy and momenta after position correction.
 //!
-//! What moves in positions alone takes its velocities along so that they keep their kinetic energy, as far as the way is short; where it is
-//! not, they are made smaller until they do.
+//! A correction in positions alone also transports the velocities so that they keep their kinetic energy.
+//! This holds for short displacements; after longer ones the velocities are scaled down until it holds.
 //!
-//! It keeps its momentum, too, but r x p has another r then: a ring of bodies that is free in space would turn slower
-//! with each of its errors that is put right. For what drifts apart keeps its angular momentum on its way out, as the integrator does, and has to
-//! keep it on its way back. So where nothing holds an island in the world, it gets a motion as of one rigid body, which all
-//! constraints within it allow, and has the momenta that it would have without. Where a client wants links to be far from
-//! where they are, it does not: two bodies that are put from metres apart to one place would turn a thousand times as fast.
+//! The correction keeps linear momentum, too, but r x p then has another r. A ring of bodies that is free in
+//! space would turn slower with each corrected error. Bodies that drift apart keep their angular momentum on
+//! the way out, as the integrator does. They must also keep it on the way back. If nothing holds an island in
+//! the world, it therefore gets a rigid-body motion, which all its constraints allow. It then has the momenta
+//! that it would have without the correction.
+//!
+//! This does not apply if a client moves links over a large distance. Two bodies that are moved together from
+//! metres apart would turn a thousand times as fast.
 
 use glamx::DVec3;
 
@@ -18,7 +21,7 @@ use crate::dynamics::inertia::Articulated;
 use crate::dynamics::ldlt::Ldlt6;
 
 impl Island {
-    /// Moves robots on by velocities and by what puts positions right.
+    /// Integrates positions of robots with velocities and with position correction.
     pub(super) fn finish_with_split_velocities<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -49,7 +52,7 @@ impl Island {
         }
     }
 
-    /// Whether nothing holds it in the world.
+    /// Returns whether nothing holds the island in the world.
     fn is_free<R: AsMut<Articulation>>(&self, robots: &mut [R]) -> bool {
         // Two sides, or one of two links of one robot.
         let is_within = self.rows.iter().all(|rows| rows.sides[0].is_pair || rows.sides[1].len > 0);

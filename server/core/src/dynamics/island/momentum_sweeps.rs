@@ -4,14 +4,15 @@ use super::{Island, SETTLED};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::momentum::sweep_carried;
 
-/// Sweeps at the most. With momentum they come as near as without in twice as many.
+/// Maximum number of sweeps. With momentum they come as near as twice as many without.
 const MOST_SWEEPS: usize = 25;
 
 impl Island {
-    /// Sweeps with [`Momentum`](crate::dynamics::constraint::momentum::Momentum), several contacts at once where that is worth it, to the
-    /// same bits. False where it was interrupted.
+    /// Sweeps with [`Momentum`](crate::dynamics::constraint::momentum::Momentum), several contacts at once if
+    /// that pays off, with the same bits. Returns false if interrupted.
     ///
-    /// Sweeps alone lower the energy f(p) of [`Island::start`], and momentum may not: it is limited again in the end.
+    /// Sweeps alone lower the energy f(p) of [`Island::start`]. Momentum may not, so the energy is limited
+    /// again at the end.
     pub(super) fn sweep_with_momentum<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -20,7 +21,7 @@ impl Island {
         let Self { placed, rows, blocks, velocities, single_bodies, momentum, impulses_before, .. } = self;
         momentum.begin(velocities);
         impulses_before.clear();
-        // Whichever way sweeps go: a step takes no memory where they go the other way for the first time.
+        // In both kinds of sweeps, so that a step allocates nothing when the kind changes.
         impulses_before.extend(rows.iter().map(|rows| rows.impulse));
         let bodies = placed.iter().map(|placed| placed.map(|placed| placed.body));
         let until = (MOST_SWEEPS, SETTLED);

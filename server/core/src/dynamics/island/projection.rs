@@ -1,11 +1,12 @@
-//! Positions that meet the constraints between links, and not only velocities that do.
+//! Positions that satisfy the constraints between links, in addition to the velocities.
 //!
-//! A row is the tangent of a curve, and what turns by a tenth of a radian in a step is far from its tangent then. What the
-//! velocities that were found would leave the tangent by is seen in the positions that they lead to, is put right beforehand, and the
-//! velocities are found again: the positions at the end of the step then keep the constraints with forces that act
-//! along the rows at its beginning. That is SHAKE (Ryckaert, Ciccotti and Berendsen (1977)), which is symplectic (Leimkuhler and
-//! Skeel, "Symplectic numerical integrators in constrained Hamiltonian systems" (1994)), with the rows of contacts, limits and
-//! friction in the same equations, and with the matrix of the first solution in each round (a simplified Newton's method).
+//! A row is the tangent of a curve. A body that turns by a tenth of a radian in a step leaves its tangent far
+//! behind. The positions that the velocities lead to show this departure. It is corrected in advance, and the
+//! velocities are computed again. The positions at the end of the step then satisfy the constraints with
+//! forces along the rows at its start. This is SHAKE (Ryckaert, Ciccotti and Berendsen (1977)), which is
+//! symplectic (Leimkuhler and Skeel, "Symplectic numerical integrators in constrained Hamiltonian systems"
+//! (1994)). The rows of contacts, limits and friction are in the same equations. Each round uses the matrix
+//! of the first solution (a simplified Newton's method).
 
 use glamx::{DPose3, DVec3};
 
@@ -15,23 +16,25 @@ use crate::dynamics::constraint::direct::System;
 use crate::dynamics::constraint::link_rows::LinkState;
 use crate::dynamics::constraint::three_rows::weigh;
 
-/// Rounds at the most, each of which costs what a refinement of the solution does.
+/// Maximum number of rounds, each of which costs as much as a refinement of the solution.
 const MAX_ROUNDS: usize = 20;
 
-/// It is near enough where nothing changes by more than this, m or rad.
+/// Largest change at which iteration ends, m or rad.
 const ENOUGH: f64 = 1e-10;
 
-/// What leaves its tangent farther than this in a step is not followed, m or rad.
+/// Largest departure from the tangent in a step that is corrected, m or rad.
 const MOST_BENT: f64 = 0.1;
 
-/// For robots with joints, which are not stiffened as [single bodies](super::stiffening) are: a departure from the tangent that changes by
-/// more than this from step to step is not followed, and is damped, m or rad.
+/// Largest change of a departure from step to step that is corrected, m or rad; larger ones are damped. For
+/// robots with joints, which are not stiffened as [single bodies](super::stiffening) are.
 const MOST_SUDDEN: f64 = 1e-5;
 
 impl Island {
-    /// Has positions after a step of `h` meet the constraints. Nothing where the rows were not solved directly, since it takes exact
-    /// solutions, or where velocities belong to the beginning of the step. It ends where rounds come no nearer; where they lead farther
-    /// off than the first one was, all is as it was. False where it was interrupted.
+    /// Makes positions after a step of `h` satisfy the constraints. Does nothing if rows were not solved
+    /// directly, since it needs exact solutions, or if velocities belong to the start of the step.
+    ///
+    /// It ends when a round does not reduce the change of the departures. If the change then exceeds the
+    /// first round's, the initial assumption is restored. Returns false if interrupted.
     pub(super) fn project<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -75,8 +78,8 @@ impl Island {
         true
     }
 
-    /// What each constraint leaves its tangent by with these velocities. By how much that is not what was taken for it, at
-    /// the most; `None` where it was interrupted.
+    /// Computes the departure of each constraint from its tangent with these velocities. Returns the largest
+    /// difference from the assumed departure; `None` if interrupted.
     fn find_bending<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -117,8 +120,9 @@ impl Island {
         Some(largest)
     }
 
-    /// The errors of each constraint after a step of `h` with the velocities that there are. False where it was interrupted, which is asked
-    /// before each: where an end is takes a walk to its robot's root, which may be far.
+    /// Computes the errors of each constraint after a step of `h` with the present velocities. Returns false
+    /// if interrupted. It calls `interrupt` before each constraint: the pose of an end takes a walk to its
+    /// robot's root, which may be long.
     pub(super) fn find_errors_after<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -139,7 +143,7 @@ impl Island {
                 continue;
             }
             let ActiveConstraint { constraint, fixed, .. } = &constraints[link.rows.contact];
-            // Forces and torques of a constraint follow each other.
+            // Forces and torques of a constraint are adjacent.
             let frames = match last {
                 Some((index, frames)) if index == link.rows.contact => frames,
                 _ if interrupt() => return false,

@@ -1,43 +1,45 @@
-//! How exactly the contacts of an island are solved, for measurements: a world that is not asked to measures nothing.
+//! Accuracy of an island's contact solution, for measurements. A world measures nothing unless asked to.
 
 use serde::Deserialize;
 
 use super::Island;
 
-/// How impulses are found, where that is measured.
+/// Solver for impulses, for measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub enum SolverChoice {
-    /// As in every world: directly where that is cheap, else by sweeps.
+    /// As in every world: directly if that is cheap, else by sweeps.
     #[default]
     Automatic,
-    /// By sweeps of projected Gauss-Seidel alone.
+    /// Only sweeps of projected Gauss-Seidel.
     Sweeps,
-    /// Directly whatever it costs, where there are not too many robots; by sweeps where no direct solution is found.
+    /// Directly at any cost, unless there are too many robots; by sweeps if no direct solution is found.
     Direct,
 }
 
 impl Island {
-    /// Has impulses found so from now on, and their residual measured.
+    /// Selects the solver from now on, and measures its residuals.
     pub fn measure_solver(&mut self, choice: SolverChoice) {
         (self.choice, self.is_measured, self.residual) = (choice, true, None);
         self.direct.is_unbounded = choice == SolverChoice::Direct;
     }
 
-    /// Whether impulses are measured.
+    /// Returns whether residuals are measured.
     pub fn is_measured(&self) -> bool {
         self.is_measured
     }
 
-    /// The largest residual of all contacts that were solved since this was last asked, m/s; `None` where there were none.
+    /// Returns and clears the largest residual of all contacts solved since the last call, m/s; `None` if
+    /// there were none.
     pub fn take_residual(&mut self) -> Option<f64> {
         self.residual.take()
     }
 
-    /// Measures the impulses that were found, where that is asked for.
+    /// Measures the impulses that were found, if requested.
     ///
-    /// The residual of a contact is by how much its impulse would change its own velocity if it alone were solved once more: p minus
-    /// the projection of p - D^-1 w on what the contact can do, times D, for the error w of its velocities and its part D of J M^-1 J'.
-    /// It is 0 where the laws of all contacts hold, and how near to that sweeps stop is the same number.
+    /// The residual of a contact is the change of its velocity if it alone were solved once more. It is p
+    /// minus the projection of p - D^-1 w on the possible impulses, times D. w is the error of its
+    /// velocities, and D its part of J M^-1 J'. It is 0 if the laws of all contacts hold; the threshold at
+    /// which sweeps end is the same quantity.
     pub(super) fn measure_residual(&mut self) {
         if !self.is_measured || !self.rows.iter().any(|rows| rows.acts()) {
             return;

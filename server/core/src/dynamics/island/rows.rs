@@ -1,4 +1,4 @@
-//! The rows of contacts: their sides, J and M^-1 J', and what they aim at.
+//! Rows of contacts: their sides, J and M^-1 J', and their targets.
 
 use glamx::DVec3;
 use pulp::{Arch, Simd, WithSimd};
@@ -13,11 +13,11 @@ use crate::dynamics::contact_point::Surface;
 use crate::dynamics::scratch::MultiRhs;
 use crate::dynamics::tree::{Body, Tree};
 
-/// With so many points, the responses of a body are summed from those of the six wrenches.
+/// Number of points from which a body's responses are summed from those of the six wrenches.
 pub(in crate::dynamics) const MANY: usize = 3;
 
 impl Island {
-    /// One for each contact, with its sides laid out. Where their numbers end.
+    /// Makes the rows of each contact, and lays out its sides. Returns the end of their numbers.
     pub(super) fn make_rows<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -78,7 +78,7 @@ impl Island {
         at
     }
 
-    /// J and M^-1 J' of all contacts. False where it was interrupted.
+    /// Computes J and M^-1 J' of all contacts. Returns false if interrupted.
     pub(super) fn measure<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -91,7 +91,7 @@ impl Island {
         Arch::new().dispatch(MeasureContacts { measure, robots, contacts, rows, turning, interrupt })
     }
 
-    /// M^-1 J' of the six unit wrenches, for each body that has many contacts.
+    /// Computes M^-1 J' of the six unit wrenches, for each body with many contacts.
     pub(super) fn find_bases<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[&mut Contact]) {
         let Self { members, rows, bases, basis_responses, touched, .. } = self;
         touched.clear();
@@ -173,20 +173,22 @@ impl Island {
     }
 }
 
-/// The velocity that a body has where it is touched at the beginning of a step, if the point that is touched in the middle of it has none; world.
+/// Returns the velocity of a body at its contact at the start of a step, world. With this velocity, the point
+/// that is touched in the middle of the step is at rest.
 ///
-/// Where the point wanders on the body, J u = 0 holds with the J of that moment, for the velocities u of the middle of the step. With that of the
-/// beginning J u = -h/2 J' u, where J' u = w x (p' - v) of a body that turns with w, about an origin that moves with v, and a point that
-/// moves with p'. To ask for 0 would stop what rolls on an edge in each step as it comes down, and nothing would have it leave again.
+/// If the point wanders on the body, J u = 0 holds with the J of that moment. u are the velocities in the
+/// middle of the step. With the initial J, `J u = -h/2 J' u`, where `J' u = w x (p' - v)`. The body turns
+/// with w about an origin that moves with v, and the point moves with p'. A target of 0 would stop a body
+/// that rolls on an edge as it comes down in each step. Nothing would lift it again.
 ///
-/// Of single bodies on what cannot move; `None` of others, and where the point does not wander.
+/// Only for single bodies on immovable ones; `None` for others, and if the point does not wander.
 fn turning<R: AsMut<Articulation>>(
     robots: &mut [R],
     rows: &ContactRows,
     contact: &Contact,
     h: f64,
 ) -> Option<DVec3> {
-    // Of the two, one moves.
+    // One of the two moves.
     let sign = match contact.point.bodies {
         [None, Some(_)] => 1.0,
         [Some(_), None] => -1.0,
@@ -203,7 +205,7 @@ fn turning<R: AsMut<Articulation>>(
     Some(angular.cross(contact.wanders / h - linear) * (-0.5 * h * sign))
 }
 
-/// Members and bodies of a contact; no body where it cannot move.
+/// Returns members and bodies of a contact; no body if it cannot move.
 #[inline(always)]
 fn ends(rows: &ContactRows, contact: &Contact) -> [(usize, Option<usize>); 2] {
     let [a, b] = contact.point.bodies;
@@ -211,8 +213,8 @@ fn ends(rows: &ContactRows, contact: &Contact) -> [(usize, Option<usize>); 2] {
     [(rows.sides[0].member, a), (second.member, b)]
 }
 
-/// Gives a side the spans of the velocities that move a body, and where the contact is one of two bodies of the same
-/// robot, those that move either.
+/// Adds the spans of the velocities that move a body to a side. For a contact of two bodies of one robot,
+/// they are the velocities that move either.
 pub(in crate::dynamics) fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
     if tree.bodies.len() == 1 {
         return side.with_all();
@@ -262,7 +264,7 @@ impl<R: AsMut<Articulation>> WithSimd for MeasureContacts<'_, '_, R> {
     }
 }
 
-/// Memory for measuring, and where numbers go.
+/// Memory and output for measuring.
 pub(super) struct Measure<'a> {
     pub(super) placed: &'a [Option<PlacedBody>],
     pub(super) blocks: &'a mut [f64],
@@ -273,7 +275,7 @@ pub(super) struct Measure<'a> {
 }
 
 impl Measure<'_> {
-    /// J and M^-1 J' of a contact's forces, or of the torques against its turning.
+    /// Computes J and M^-1 J' of a contact's forces, or of the torques against its turning.
     #[inline(always)]
     fn rows<R: AsMut<Articulation>>(
         &mut self,
@@ -286,11 +288,12 @@ impl Measure<'_> {
         rows.measure(self.blocks);
     }
 
-    /// J and M^-1 J' of forces at a point along the axes of rows, or of torques about them, between bodies of two members.
+    /// Computes J and M^-1 J' of forces at a point along the axes of rows, or of torques about them, between
+    /// bodies of two members.
     ///
-    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a backward and a forward pass over the whole
-    /// robot, of all three together: a body with many points has it found once for the six unit wrenches, and each response is a sum of
-    /// those.
+    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a backward and a forward pass over
+    /// the whole robot, for all three together. For a body with many points it is computed once for the six
+    /// unit wrenches, and each response is a sum of those.
     #[inline(always)]
     pub(super) fn wrenches<R: AsMut<Articulation>>(
         &mut self,
@@ -340,7 +343,7 @@ impl Measure<'_> {
     }
 }
 
-/// Adds six responses, which lie one after the other, each times its factor.
+/// Adds six consecutive responses, each times its factor.
 #[inline(always)]
 fn add_sum(factors: [f64; 6], responses: &[f64], sums: &mut [f64]) {
     let n = sums.len();

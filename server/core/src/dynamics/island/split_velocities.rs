@@ -1,12 +1,15 @@
-//! Positions that constraints between links put right without velocities.
+//! Position correction by constraints between links, without velocities.
 //!
-//! Velocities keep to the rows, which are homogeneous but for what R gives way by and what motion leaves its tangent by: so they always
-//! can, whatever contradicts whatever, and do no work. What positions are then away from where constraints want them, after a
-//! step that was too long for how they moved, a teleport, or because constraints contradict each other, is put right by velocities
-//! that move positions in this step and are then dropped: split impulses, as contacts have them (Guendelman, Bridson and Fedkiw,
-//! "Nonconvex rigid bodies with stacking" (2003)). They are those of Gauss and Newton's method for the least sum of the squares of the errors,
-//! each over its mean J M^-1 J', damped as Levenberg and Marquardt do, with contacts and limits as inequalities; and they go only as far as
-//! that sum falls. So constraints that contradict each other settle.
+//! Velocities satisfy the rows, which are homogeneous except for the deflection by R and for the curvature of
+//! the motion. They can always do so, even for contradictory constraints, and do no work. Positions may still
+//! have errors: after a step that was too long for the motion, after a teleport, or because constraints
+//! contradict each other.
+//!
+//! Velocities that move positions in this step and are then dropped correct these errors. They are split
+//! impulses, as contacts have them (Guendelman, Bridson and Fedkiw, "Nonconvex rigid bodies with stacking"
+//! (2003)). Gauss and Newton's method computes them for the least sum of the squared errors, each over its
+//! mean J M^-1 J'. It is damped as by Levenberg and Marquardt, with contacts and limits as inequalities. A
+//! step goes only as far as this sum falls, so contradictory constraints settle.
 
 use glamx::DVec3;
 
@@ -18,53 +21,53 @@ use crate::dynamics::constraint::direct::{Outcome, System};
 use crate::dynamics::constraint::link_rows::{LinkRows, LinkState, MAX_CORRECTION};
 use crate::dynamics::constraint::{ERROR_REDUCTION, Row, RowKey};
 
-/// R as a part of the mean J M^-1 J': the next one where the last one led nowhere.
+/// R as a part of the mean J M^-1 J'; each is used if the previous one made no progress.
 const DAMPINGS: [f64; 3] = [1e-5, 1e-2, 1.0];
 
-/// Steps of Gauss and Newton at the most.
+/// Maximum number of Gauss-Newton steps.
 const STEPS: usize = 5;
 
-/// Lengths of one of them that are tried, each half of the one before.
+/// Number of step lengths that are tried, each half of the previous one.
 const HALVINGS: usize = 5;
 
-/// A sum that falls by less than this part of itself has fallen as far as it will.
+/// Relative decrease of the sum below which it counts as minimal.
 const FALLS: f64 = 0.1;
 
-/// A sum that falls by less than this part of itself falls by rounding.
+/// Relative decrease of the sum below which it is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A step that leads no farther than this leads nowhere, m and rad: what contradicts itself has settled.
+/// Displacement below which a step makes no progress, m and rad: contradictory constraints have settled.
 const NO_WAY: f64 = 1e-11;
 
-/// What moves farther in a step is not linear, rad and m.
+/// Largest displacement in a step that counts as linear, rad and m.
 const MOST_MOVED: f64 = 0.1;
 
-/// Rounds of the direct solver, and sweeps where it finds nothing.
+/// Rounds of the direct solver, and sweeps if it finds no solution.
 const ROUNDS: usize = 12;
 const SWEEPS: usize = 20;
 
-/// The memory of it, kept from step to step.
+/// Memory of the correction, reused from step to step.
 #[derive(Debug, Default)]
 pub(super) struct Split {
-    /// What is added to the velocities that move positions.
+    /// Velocities to be added to those that move positions.
     pub(super) velocities: Vec<f64>,
-    /// What moves them without that.
+    /// Velocities that move positions without the correction.
     drift: Vec<f64>,
-    /// A step of Gauss and Newton.
+    /// Gauss-Newton step.
     step: Vec<f64>,
-    /// The part of it that is left where it led too far.
+    /// Remaining part of the step if it went too far.
     length: f64,
     /// Velocities that are tried.
     trial: Vec<f64>,
-    /// Rows as the step of the world has left them.
+    /// Rows as the step of the world left them.
     rows: Vec<ContactRows>,
     links: Vec<LinkRows>,
     joints: Vec<Row>,
 }
 
 impl Island {
-    /// Finds what is to be added to the velocities that move positions in a step of `h`. Whether there is anything; `None` where it was
-    /// interrupted.
+    /// Computes the velocities to be added to those that move positions in a step of `h`. Returns whether
+    /// there are any; `None` if interrupted.
     pub(super) fn update_split_velocities<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -75,7 +78,7 @@ impl Island {
         if self.links.is_empty() {
             return Some(false);
         }
-        // Where a step takes half of its kick, velocities are not yet known.
+        // If a step takes half of its kick, its velocities are not yet known.
         let is_known = !robots.iter_mut().any(|robot| robot.as_mut().may_halve_its_kick());
         let Self { velocities, split, .. } = self;
         split.drift.clear();
@@ -99,7 +102,7 @@ impl Island {
         is_found
     }
 
-    /// Keeps rows as they are, and takes out of them what is not for positions: friction, and limits of forces.
+    /// Saves the rows, and removes what does not apply to positions: friction, and limits of forces.
     fn set_rows_aside<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         let Self { rows, links, split, .. } = self;
         split.rows.clone_from(rows);
@@ -111,14 +114,14 @@ impl Island {
         rows.iter_mut().for_each(|rows| rows.friction = 0.0);
         for link in links.iter_mut() {
             if link.is_brake || !has_split(link) && (link.state == LinkState::Saturated || link.most == 0.0) {
-                // It gives way as far as the others go.
+                // It yields as far as the others move.
                 link.compliance = 0.0;
             }
             link.most = f64::INFINITY;
         }
     }
 
-    /// Takes rows as they were, and keeps how far split velocities leave links from what they aim at.
+    /// Restores the rows, and stores how far split velocities leave links from their targets.
     fn put_rows_back<R: AsMut<Articulation>>(&mut self, robots: &mut [R], h: f64) {
         let Self { rows, links, blocks, split, .. } = self;
         for (kept, link) in split.links.iter_mut().zip(&*links).filter(|(kept, _)| has_split(kept)) {
@@ -176,7 +179,7 @@ impl Island {
         Some(is_any)
     }
 
-    /// One step of Gauss and Newton. False where it was interrupted.
+    /// Makes one Gauss-Newton step. Returns false if interrupted.
     fn find_step<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -226,7 +229,8 @@ impl Island {
         true
     }
 
-    /// What rows aim at in a step of Gauss and Newton: where constraints hold, on this side of contacts and limits.
+    /// Sets the targets of rows in a Gauss-Newton step: constraints hold, and contacts and limits are not
+    /// violated.
     fn aim_at_positions<R: AsMut<Articulation>>(&mut self, robots: &mut [R], (level, h): (usize, f64)) {
         let Self { members, rows, links, blocks, split, .. } = self;
         for (rows, kept) in rows.iter_mut().zip(&split.rows) {
@@ -268,8 +272,8 @@ impl Island {
         }
     }
 
-    /// Takes no more of a step than is linear, than constraints are put right by at the most, and than leads to limits, which have rows in the
-    /// next step of the world.
+    /// Shortens a step to the linear range, to the maximum correction of constraints, and to the limits,
+    /// which have rows in the world's next step.
     fn shorten_step<R: AsMut<Articulation>>(&mut self, robots: &mut [R], h: f64) {
         let Self { members, links, blocks, split, .. } = self;
         let Split { velocities, drift, step, trial: goes, .. } = split;
@@ -301,8 +305,9 @@ impl Island {
         split.length = part * within;
     }
 
-    /// Adds as much of the step as the sum of errors falls with most: the whole of it could lead from one side of the least to the other
-    /// in each step of the world. How long that was, and the sum there, if it falls anywhere; `None` where it was interrupted.
+    /// Adds the step with the length at which the sum of errors falls most. A whole step could oscillate
+    /// about the minimum in successive steps of the world. Returns the length and the sum there, if it falls
+    /// anywhere; `None` if interrupted.
     fn go_where_it_is_least<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -321,14 +326,14 @@ impl Island {
             length *= 0.5;
         }
         let Some((length, sum)) = best else { return Some(None) };
-        // The errors there are those that the next step begins with.
+        // The next step begins with the errors at that point.
         self.sum_after(robots, constraints, (h, length), interrupt)?;
         let Split { velocities, step, .. } = &mut self.split;
         velocities.iter_mut().zip(&*step).for_each(|(split, step)| *split += length * step);
         Some(Some((length * self.split.length, sum)))
     }
 
-    /// The sum of errors after so much of the step; `None` where it was interrupted.
+    /// Returns the sum of errors after a part of the step; `None` if interrupted.
     fn sum_after<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -345,19 +350,19 @@ impl Island {
         is_whole.then(|| self.error_sum())
     }
 
-    /// Half of the sum of the squares of errors, each over its mean J M^-1 J'.
+    /// Returns half of the sum of the squared errors, each over its mean J M^-1 J'.
     fn error_sum(&self) -> f64 {
         let of = |link: &LinkRows| 0.5 * link.error_after().powi(2) / link.mean_effect();
         self.links.iter().filter(|link| has_split(link)).map(of).sum()
     }
 }
 
-/// Split velocities put its errors right: nothing drags at it, and it does not do all that it may.
+/// Returns whether split velocities correct its errors: no client drags at it, and it is not saturated.
 fn has_split(link: &LinkRows) -> bool {
     !link.is_brake && !link.is_pulled && link.acts() && link.state != LinkState::Saturated && link.most > 0.0
 }
 
-/// It is farther from where it is to be than is left to velocities.
+/// Returns whether its error is larger than is left to velocities.
 fn is_off(link: &LinkRows) -> bool {
     has_split(link) && link.error_after() > link.within
 }

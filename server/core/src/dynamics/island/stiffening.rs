@@ -1,15 +1,16 @@
-//! Bodies that are pulled so hard that they would swing faster than steps resolve.
+//! Stiffening of bodies that are pulled so hard that they would swing faster than steps resolve.
 //!
-//! A link of a rope that is pulled at both ends with a force F swings about the line of the pull: as it turns by an angle, F has
-//! arms, and torque by angle is K = (r . F) 1 - sym(r F') summed over where it is pulled, its geometric stiffness. Constraint
-//! forces are those of the beginning of a step: like each spring that is taken so, K is stable for h^2 K / I < 4 alone, and a
-//! light rope that snaps tight with a weight is far beyond that.
+//! A link of a rope that is pulled at both ends with a force F swings about the line of the pull. As it turns
+//! by an angle, F gets lever arms. Torque per angle is its geometric stiffness, `K = (r . F) 1 - sym(r F')`
+//! summed over the points of attack. Constraint forces are those at the start of a step. Like each explicit
+//! spring, K is stable only for h^2 K / I < 4. A light rope that a weight snaps tight is far beyond that.
 //!
-//! So a single free body resists impulses as if its moment were at least h^2 K: what swings faster than one radian a step swings at one
-//! radian a step, as in Newmark's method, where K acts at q + h^2 b a (Tournier, Nesme, Gilles and Faure, "Stable
-//! constrained dynamics" (2015), has it for all of a matrix; Andrews, Teichmann and Kovecses, "Geometric stiffness for real-time
-//! constrained multibody dynamics" (2017), for its diagonal). What swings so is no motion that a step knows anything of, and is damped: two
-//! such bodies that are held together exchange torque by how they turn against each other. What swings slower is as it is.
+//! A single free body therefore resists impulses as if its moment were at least h^2 K. Swings faster than one
+//! radian a step are slowed to one radian a step. This is as in Newmark's method, where K acts at q + h^2 b
+//! a. Tournier, Nesme, Gilles and Faure, "Stable constrained dynamics" (2015), use the whole matrix. Andrews,
+//! Teichmann and Kovecses, "Geometric stiffness for real-time constrained multibody dynamics" (2017), use its
+//! diagonal. A step cannot resolve such a swing, so it is damped: two such bodies that are held together
+//! exchange torque against their relative turning. Slower swings are unchanged.
 
 use glamx::DVec3;
 
@@ -19,18 +20,19 @@ use crate::dynamics::constraint::three_rows::eigen;
 use crate::dynamics::inertia::around;
 use crate::dynamics::symmetric::Symmetric;
 
-/// The square of the fastest swing, rad^2 in a step.
+/// Square of the fastest swing, rad^2 in a step.
 const FASTEST: f64 = 1.0;
 
-/// Where forces ask for more than this times the moment that they were found with, they are found again.
+/// Growth of a moment, relative to the one that forces were computed with, from which they are computed
+/// again.
 const GROWTH: f64 = 1.4;
 
-/// The part of the smaller additional moment by which relative turning is braked in a step.
+/// Part of the smaller additional moment by which relative turning is braked in a step.
 const BRAKE: f64 = 0.2;
 
 impl Island {
-    /// Finds the moments that the constraints' present impulses ask for in steps of `h`. Whether any is much above that
-    /// which they were found with.
+    /// Computes the moments that the constraints' present impulses require in steps of `h`. Returns whether
+    /// any far exceeds the one that impulses were computed with.
     pub(super) fn find_stiffening<R: AsMut<Articulation>>(&mut self, robots: &mut [R], h: f64) -> bool {
         let Self { members, links, stiffening, stiffness, .. } = self;
         stiffening.resize(members.len(), Symmetric::ZERO);
@@ -63,7 +65,7 @@ impl Island {
                 let axis = DVec3::from_array(vector);
                 let along = |matrix: &Symmetric| axis.dot(matrix.times(axis));
                 let (wanted, own) = (value / FASTEST, along(&moment));
-                // What is not a number is no moment.
+                // NaN is no moment.
                 if wanted > own {
                     *stiffening = stiffening.without(axis, own - wanted);
                     is_much |= wanted > GROWTH * (own + along(&used));
@@ -73,7 +75,7 @@ impl Island {
         is_much
     }
 
-    /// Has bodies resist with the moments that were found.
+    /// Applies the computed moments to the bodies' resistance.
     pub(super) fn stiffen<R: AsMut<Articulation>>(&self, robots: &mut [R]) {
         for (robot, stiffening) in robots.iter_mut().zip(&self.stiffening) {
             if *stiffening != Symmetric::ZERO {
@@ -82,7 +84,7 @@ impl Island {
         }
     }
 
-    /// Brakes the swinging against each other of bodies that resist so.
+    /// Brakes the relative swinging of stiffened bodies.
     pub(super) fn brake<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         let Self { members, links, stiffening, velocities, scratch, .. } = self;
         for link in links.iter().filter(|link| !link.turns && link.gear.is_none() && !link.is_brake) {

@@ -1,33 +1,34 @@
-//! Solutions of several robots that are of no use, and which of the robots that is due to.
+//! Unusable solutions of several robots, and the robots that cause them.
 //!
-//! One robot that has diverged takes along all that it is solved with: what it does to one row, the next sweep does to the others.
+//! A robot that has diverged spoils everything that it is solved with: its effect on one row reaches the
+//! others in the next sweep.
 
 use glamx::DVec3;
 
 use super::Island;
 use crate::dynamics::articulation::{Articulation, LARGEST_STATE};
 
-/// No number of a row may be larger than this: its square times a velocity is still one.
+/// Largest number of a row: its square times a velocity is still finite.
 const LARGEST: f64 = 1e100;
 
-/// Robots that were this part as fast as the fastest are taken for what has spoilt a solution, all of them.
+/// Velocity, as a part of the fastest, from which all such robots count as the cause of a bad solution.
 const NEARLY_FASTEST: f64 = 1e-3;
 
 impl Island {
-    /// Whether the velocities that were found can be. A robot that is alone spoils no other one.
+    /// Returns whether the velocities are usable. A robot that is alone spoils no other one.
     pub(super) fn is_usable(&self) -> bool {
         self.members.len() < 2 || are_within(&self.velocities, LARGEST_STATE)
     }
 
-    /// Leaves those robots not finite that the solution could not be found with: those of which a row has numbers that cannot be computed
-    /// with, and where there are none, those that were the fastest. Starts the others again.
+    /// Sets the velocities of robots that spoil the solution to NaN, and restarts the others. These are
+    /// robots with a row of unusable numbers, or if there are none, the fastest robots.
     pub(super) fn leave_out_unsound<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         gravity: DVec3,
         h: f64,
     ) {
-        // Takes memory. It is rare: what is left out is disabled.
+        // Allocates. It is rare: a robot that is left out is disabled.
         let mut are_sound: Vec<bool> =
             robots.iter_mut().map(|robot| robot.as_mut().rows_are_within(LARGEST)).collect();
         let turning = self.turning.iter().map(|turning| &turning.rows);
@@ -39,7 +40,7 @@ impl Island {
             }
         }
         if are_sound.iter().all(|is_sound| *is_sound) {
-            // Others have got it from those that were the fastest.
+            // The others got it from the fastest ones.
             let largest =
                 |own: &[f64]| own.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
             let most = largest(&self.free) * NEARLY_FASTEST;
@@ -57,7 +58,7 @@ impl Island {
     }
 }
 
-/// Whether all are numbers of this size at the most.
+/// Returns whether all numbers are finite and at most `most` in size.
 fn are_within(numbers: &[f64], most: f64) -> bool {
     numbers.iter().all(|number| number.abs() <= most)
 }
