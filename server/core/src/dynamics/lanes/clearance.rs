@@ -1,24 +1,28 @@
-//! How far copies can move before they can touch anything.
+//! Clearance of copies: how far they can move without touching anything.
 
 use pulp::Simd;
 
 use super::number::Lanes;
 use crate::dynamics::real::Real as _;
 
-/// How far points of a robot can move before they can touch anything, metres; infinite where there is nothing.
+/// Distance that points of a robot can move before they can touch anything, metres; infinite if there is
+/// nothing to touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearance {
-    /// Before any can touch something else. What a free root moves counts, and what joints move.
+    /// Distance before any point can touch another object, including motion of a free root and of joints,
+    /// metres.
     pub around: f64,
-    /// Before any can touch another point of the robot. What joints move counts.
+    /// Distance before any point can touch another point of the robot, including motion of joints, metres.
     pub own: f64,
-    /// Of each body how far a point moves at the most where its joint moves by one unit; of a free root, where it turns by a radian.
+    /// For each body, the largest distance that a point moves per unit of its joint; for a free root, per
+    /// radian.
     pub levers: Vec<f64>,
-    /// Contacts are looked for so far from what moves, and twice what a part of a step moves it.
+    /// Distance from a moving robot within which contacts are looked for, in addition to twice its motion in
+    /// a part of a step, metres.
     pub slack: f64,
 }
 
-/// The same of copies.
+/// Clearance of copies in lanes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneClearance<S: Simd> {
     pub(super) around: Lanes<S>,
@@ -26,7 +30,7 @@ pub(super) struct LaneClearance<S: Simd> {
 }
 
 impl<S: Simd> LaneClearance<S> {
-    /// Where there is nothing that anything could touch.
+    /// Returns an infinite clearance, with nothing to touch.
     pub(super) fn endless(zero: Lanes<S>) -> Self {
         Self { around: zero.splat(f64::INFINITY), own: zero.splat(f64::INFINITY) }
     }

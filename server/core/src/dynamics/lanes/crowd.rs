@@ -1,5 +1,5 @@
-//! Robots of one tree in one world that touch nothing, or what cannot move: several of them step at once, from contacts that the world
-//! has found.
+//! Robots of one tree in one world that touch nothing, or only immovable robots. Several of them step at
+//! once, with contacts that the world has found.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -16,35 +16,39 @@ use crate::dynamics::island::MANY;
 use crate::dynamics::real::Real as _;
 use crate::dynamics::{Articulation, Integrator, Tree};
 
-/// Contacts that robots have had are not forgotten for so many parts of steps where there is no room for others: to make that takes memory.
+/// Number of parts of steps for which slots of contacts are kept if there is no room for others. Making room
+/// allocates.
 const KEPT_FOR: u32 = 100;
 
-/// Robots in lanes, for a step or a part of it. Where one cannot be in them it is to do the step by itself, which gives the same bits.
+/// Robots in lanes, for a step or a part of it. A robot that lanes cannot take does the step alone, with the
+/// same bits.
 pub trait Crowd: Debug + Send {
-    /// How many robots there can be at once.
+    /// Returns the maximum number of robots at once.
     fn width(&self) -> usize;
 
-    /// Begins a step, with gravity, of so many seconds.
+    /// Begins a step of `h` seconds, with gravity.
     fn begin_step(&mut self, gravity: DVec3, h: f64, integrator: Integrator);
 
     /// Empties all lanes.
     fn clear(&mut self);
 
-    /// Makes room for the contacts of a robot of this index in the world. False where they are none of lanes. Robots that there was room
-    /// for may have none after it: they are not taken.
+    /// Makes room for the contacts of the robot of this index in the world. Returns false if lanes cannot
+    /// take such contacts. Robots that had room before may have none afterwards, and are then not taken.
     fn has_room(&mut self, index: usize, contacts: &[&mut Contact]) -> bool;
 
-    /// Takes a robot into a lane. False where it has to step by itself.
+    /// Copies a robot into a lane. Returns false if it must step alone.
     fn take(&mut self, lane: usize, index: usize, robot: &Articulation, contacts: &[&mut Contact]) -> bool;
 
-    /// Advances all that were taken.
+    /// Advances all taken robots.
     fn step(&mut self);
 
-    /// Gives a robot what has become of it. False where it has to step by itself: then it is as it was.
+    /// Writes the result of a lane to its robot. Returns false if the robot must step alone; it is then
+    /// unchanged.
     fn give_back(&self, lane: usize, robot: &mut Articulation, contacts: &mut [&mut Contact]) -> bool;
 }
 
-/// Lanes for robots of a tree: at least so many, where the processor has vectors for that and such robots can be in lanes.
+/// Returns lanes for robots of a tree, at least `least` of them. Returns `None` if the processor has no
+/// vectors for that, or such robots do not fit lanes.
 pub fn crowd(tree: &Arc<Tree>, least: usize) -> Option<Box<dyn Crowd>> {
     vectorized(usize::MAX, Make(tree, least)).ok().flatten()
 }
@@ -70,35 +74,35 @@ impl WithSimd for Make<'_> {
     }
 }
 
-/// The body that a contact is on, and which of the two robots that is of.
+/// Body of a contact, and which of the two robots it belongs to.
 type Touched = (usize, usize);
 
 #[derive(Debug)]
 struct Members<S: Simd> {
     lanes: LaneRobot<S>,
-    /// Of each body, whether lanes know contacts of it.
+    /// Whether lanes can take contacts of each body.
     can_touch: Vec<bool>,
-    /// Slots for contacts: those of each robot come in this order.
+    /// Slots for contacts; each robot's contacts follow this order.
     touched: Vec<Touched>,
-    /// By lane, the slot of each contact of the robot.
+    /// Slot of each contact of the robot, by lane.
     slots: Vec<[usize; MOST_FEET]>,
-    /// For so many parts of steps slots are not forgotten.
+    /// Number of parts of steps for which slots are still kept.
     kept_for: u32,
 }
 
-/// What a contact of a robot of this index with something is on.
+/// Returns the body and the side of a contact that belong to the robot of this index.
 fn touched(index: usize, contact: &Contact) -> (Option<usize>, usize) {
     let side = usize::from(contact.robots[0] != index);
     (contact.point.bodies[side], side)
 }
 
-/// The next slot of a contact.
+/// Returns the next slot of a contact.
 fn slot(slots: &[Touched], next: usize, own: Touched) -> Option<usize> {
     slots[next..].iter().position(|slot| *slot == own).map(|at| next + at)
 }
 
 impl<S: Simd> Members<S> {
-    /// What a contact is on, if it is one that lanes know; `own` are all of its robot.
+    /// Returns the body and the side of a contact if lanes can take it; `own` are all contacts of its robot.
     fn known(&self, index: usize, own: &[&mut Contact], contact: &Contact) -> Option<Touched> {
         let (body, side) = touched(index, contact);
         let body = body.filter(|body| self.can_touch[*body])?;
@@ -121,9 +125,9 @@ impl<S: Simd> Crowd for Members<S> {
     fn clear(&mut self) {
         let zero = self.lanes.occupied.splat(0.0);
         self.lanes.occupied = zero;
-        // What could not be finite has left it not so.
+        // A state that was not finite has invalidated it.
         self.lanes.clearance = LaneClearance::endless(zero);
-        // They may have other modes from now on.
+        // The robots may have other modes from now on.
         self.lanes.modes.fill(None);
     }
 

@@ -1,4 +1,5 @@
-//! What joints are driven by: setpoints, laws and effort limits, as [`actuator`](crate::dynamics::actuator) has them for one copy.
+//! Actuators in lanes: setpoints, laws and effort limits, as [`actuator`](crate::dynamics::actuator) has them
+//! for one copy.
 
 use pulp::Simd;
 
@@ -9,7 +10,7 @@ use crate::dynamics::actuator::{NEARLY, SETTLED, advance_profile};
 use crate::dynamics::articulation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
-/// What the law asks for, and in which of these lanes it has a limit; nothing where none has.
+/// Returns the requested effort, and in which of these lanes it is limited; `None` if in no lane.
 #[inline(always)]
 fn limited_law<S: Simd>(
     state: &State<S>,
@@ -26,7 +27,7 @@ fn limited_law<S: Simd>(
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Moves setpoints on, and takes each actuator's law for the step.
+    /// Advances setpoints, and determines each actuator's law for the step.
     #[inline(always)]
     pub(super) fn set_drives(&mut self) {
         let h = self.occupied.splat(self.stepping.h);
@@ -49,8 +50,9 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Finds the actuators whose solved effort is beyond their limit, and those that were saturated and need not be, of some lanes; weakens
-    /// them where that does not settle. Where any changed. See [`Articulation::saturate`](crate::dynamics::Articulation).
+    /// Finds the actuators whose solved effort exceeds their limit, and saturated ones that no longer need to
+    /// be, in some lanes. Weakens them if this does not converge. Returns the lanes in which any changed. See
+    /// [`Articulation::saturate`](crate::dynamics::Articulation).
     #[inline(always)]
     pub(super) fn saturate(&mut self, going: Mask<S>, round: usize, weakened: &mut Mask<S>) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -119,7 +121,7 @@ impl<S: Simd> LaneRobot<S> {
         changed
     }
 
-    /// What the actuators apply at the new velocities.
+    /// Stores the efforts that the actuators apply at the new velocities.
     #[inline(always)]
     pub(super) fn note_efforts(&mut self, weakened: Mask<S>) {
         let h = self.occupied.splat(self.stepping.h);
@@ -166,7 +168,7 @@ fn advance_setpoint<S: Simd>(state: &mut State<S>, law: &Law<S>, h: Lanes<S>) {
         advance_profile((setpoint, setpoint_velocity), law.target, (law.hardest, law.fastest), h);
 }
 
-/// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup): of lanes whose actuators saturate.
+/// See [`Axis::anti_windup`](crate::dynamics::Axis::anti_windup); acts on lanes whose actuators saturate.
 #[inline(always)]
 fn anti_windup<S: Simd>(state: &mut State<S>, law: Lanes<S>, qd: Lanes<S>) {
     let Drive { stiffness, limit, saturated, .. } = state.drive;

@@ -1,6 +1,8 @@
-//! Feet: balls of a robot that touch planes, as lanes know them; or whatever touches what cannot move, where a world finds the contacts.
+//! Feet: balls of a robot that touch planes, as lanes know them; or any contacts with immovable robots, if a
+//! world finds them.
 //!
-//! What else of a robot could come to a plane is guarded: a step in which it is near is none of lanes.
+//! Other shapes of a robot that could touch a plane are guarded: lanes do not do a step in which they are
+//! near.
 
 use std::collections::BTreeSet;
 
@@ -20,80 +22,82 @@ use crate::dynamics::island::{MANY, find_spans};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::tree::Tree;
 
-/// Pairs of a ball and a plane at the most: robots with more of them touch by themselves.
+/// Maximum number of pairs of a ball and a plane; robots with more of them step alone.
 pub const MOST_FEET: usize = 8;
 
-/// Velocities of a robot with feet at the most: what feet take grows with their square.
+/// Maximum number of velocities of a robot with feet: the memory for feet grows with their square.
 pub(super) const MOST_VELOCITIES: usize = 128;
 
-/// A guarded shape is taken for this much larger than it is, metres: far above rounding.
+/// Margin by which a guarded shape is enlarged, metres: far above rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// A ball that moves and a plane that does not.
+/// A moving ball and a fixed plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FootPair {
     /// Indices of the two robots, the smaller first.
     pub robots: [usize; 2],
-    /// Index of each one's collider.
+    /// Collider of each robot, by index.
     pub colliders: [usize; 2],
-    /// Which of the two is the ball's.
+    /// Side of the ball, 0 or 1.
     pub side: usize,
-    /// The body of the ball.
+    /// Body of the ball.
     pub body: usize,
-    /// Index of the link of each.
+    /// Link of each robot, by index.
     pub links: [usize; 2],
-    /// Of the ball, metres.
+    /// Radius of the ball, metres.
     pub radius: f64,
-    /// The ball's axes in its body's.
+    /// Axes of the ball in its body.
     pub body_from_ball: DPose3,
-    /// The plane's axes in the world.
+    /// Axes of the plane in the world.
     pub plane: DPose3,
-    /// Its normal, in its axes.
+    /// Normal of the plane, in its axes.
     pub normal: DVec3,
 }
 
-/// A shape that moves and is no ball, and a plane that it may touch.
+/// A moving shape that is no ball, and a plane that it may touch.
 #[derive(Clone, Copy, Debug)]
 pub struct Guard {
-    /// The body that it is of.
+    /// Body of the shape.
     pub body: usize,
-    /// The middle of a box around it, in the body's axes.
+    /// Centre of a box around it, in the body's axes, metres.
     pub middle: DVec3,
-    /// The axes of that box, in the body's.
+    /// Axes of that box, in the body's.
     pub axes: DMat3,
-    /// Half of its lengths.
+    /// Half of its lengths, metres.
     pub half: DVec3,
-    /// How far from the body's origin any point of the sphere around it is at the most: so fast contacts take it to be.
+    /// Largest distance between the body's origin and the sphere around the shape, metres; the look-ahead for
+    /// contacts takes its speed from it.
     pub reach: f64,
-    /// The plane's normal, world.
+    /// Normal of the plane, world.
     pub normal: DVec3,
-    /// The plane's height along it.
+    /// Height of the plane along its normal, metres.
     pub height: f64,
 }
 
-/// The feet of all copies.
+/// Feet of all copies.
 #[derive(Debug)]
 pub(super) struct Feet<S: Simd> {
-    /// Those that lanes look for contacts of; none where the world does.
+    /// Pairs for which lanes find contacts; empty if the world does.
     pub(super) pairs: Vec<FootPair>,
-    /// Of each contact that there can be: the body that is touched, and which of the two robots it is of.
+    /// Touched body and its side, for each possible contact.
     pub(super) touched: Vec<(usize, usize)>,
     pub(super) guards: Vec<Guard>,
-    /// By pair.
+    /// Contacts by pair.
     pub(super) contacts: Vec<FootContact<S>>,
-    /// The same before the step.
+    /// Contacts before the step.
     before: Vec<FootContact<S>>,
-    /// What the two surfaces are like together, by lane, then by pair.
+    /// Combined surfaces, by lane, then by pair.
     surfaces: Vec<Surface>,
-    /// Pairs of each body that has so many of them that the world may sum its responses otherwise, see [`MANY`].
+    /// Pairs of each body with so many of them that the world may sum its responses differently, see
+    /// [`MANY`].
     crowded: Vec<Vec<usize>>,
-    /// How many contacts there are where the world does not solve directly.
+    /// Numbers of contacts for which the world does not solve directly.
     swept: Vec<f64>,
     pub(super) solver: FootSolver<S>,
 }
 
 impl<S: Simd> Feet<S> {
-    /// None.
+    /// Returns feet without pairs.
     pub(super) fn none(zero: Lanes<S>) -> Self {
         Self {
             pairs: Vec::new(),
@@ -108,7 +112,7 @@ impl<S: Simd> Feet<S> {
         }
     }
 
-    /// Bytes on the heap.
+    /// Returns the bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.pairs[..])
             + size_of_val(&self.guards[..])
@@ -117,12 +121,12 @@ impl<S: Simd> Feet<S> {
             + self.solver.bytes()
     }
 
-    /// Where those of a lane are.
+    /// Returns the range of a lane in `surfaces`.
     fn of_lane(&self, lane: usize) -> std::ops::Range<usize> {
         lane * self.pairs.len()..(lane + 1) * self.pairs.len()
     }
 
-    /// Where a body has [`MANY`] contacts or more.
+    /// Returns the lanes in which a body has [`MANY`] contacts or more.
     #[inline(always)]
     fn are_crowded(&self) -> Mask<S> {
         let zero = self.solver.zero();
@@ -137,7 +141,7 @@ impl<S: Simd> Feet<S> {
         any
     }
 
-    /// Where so many feet touch that the world solves them directly, if it can.
+    /// Returns the lanes in which the world would solve the touching feet directly, if it can.
     #[inline(always)]
     pub(super) fn are_solved_directly(&self) -> Mask<S> {
         let zero = self.solver.zero();
@@ -155,12 +159,12 @@ impl<S: Simd> Feet<S> {
         direct
     }
 
-    /// Keeps the contacts, for lanes whose step is not done.
+    /// Stores the contacts, for lanes that do not complete the step.
     pub(super) fn begin(&mut self) {
         self.before.copy_from_slice(&self.contacts);
     }
 
-    /// Puts a lane back.
+    /// Restores a lane.
     pub(super) fn put_back(&mut self, lane: usize) {
         for (contact, before) in self.contacts.iter_mut().zip(&self.before) {
             contact.put_back(lane, before);
@@ -168,7 +172,8 @@ impl<S: Simd> Feet<S> {
     }
 }
 
-/// Whether lanes know what such surfaces do: they are rigid, do not rebound, and let what rolls roll.
+/// Returns whether lanes can handle such surfaces: rigid, without rebound, and without friction against
+/// rolling and spinning.
 pub(super) fn is_simple(surface: &Surface) -> bool {
     let Surface { friction: _, restitution, rolling_friction, spinning_friction, stiffness, damping: _ } =
         *surface;
@@ -176,7 +181,8 @@ pub(super) fn is_simple(surface: &Surface) -> bool {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Has lanes touch with these, before there is a copy in any; pairs are in the order of contacts. Of robots with a free root.
+    /// Sets the feet of robots with a free root, before any lane has a copy; pairs are in the order of
+    /// contacts.
     pub fn set_feet(&mut self, pairs: &[FootPair], guards: &[Guard]) {
         debug_assert!(pairs.is_sorted_by_key(|pair| (pair.robots, pair.colliders)), "the order of contacts");
         let touched: Vec<(usize, usize)> = pairs.iter().map(|pair| (pair.body, pair.side)).collect();
@@ -186,7 +192,7 @@ impl<S: Simd> LaneRobot<S> {
         self.feet.guards = guards.to_vec();
     }
 
-    /// Has lanes take contacts that are given, by the body that is touched and which of the two robots it is of, in their order.
+    /// Makes lanes take contacts from the caller, by touched body and side, in their order.
     pub fn set_given_contacts(&mut self, touched: &[(usize, usize)]) {
         let zero = self.occupied.splat(0.0);
         let tree = &*self.tree;
@@ -211,20 +217,20 @@ impl<S: Simd> LaneRobot<S> {
         };
     }
 
-    /// A copy in a lane touches nothing.
+    /// Removes all contacts of a copy in a lane.
     pub fn take_no_contacts(&mut self, lane: usize) {
         for contact in &mut self.feet.contacts {
             contact.is_there.set(lane, 0.0);
         }
     }
 
-    /// Gives a copy in a lane a contact, which is of surfaces that are [simple](is_simple).
+    /// Sets a contact of a copy in a lane; its surfaces must be [simple](is_simple).
     pub fn take_contact(&mut self, lane: usize, index: usize, contact: &Contact) {
         self.feet.contacts[index].set(lane, contact);
         self.feet.solver.feet[index].friction.set(lane, contact.point.surface.friction);
     }
 
-    /// Writes what a contact that was given has come to.
+    /// Writes the results of a given contact.
     pub fn give_contact_back(&self, lane: usize, index: usize, contact: &mut Contact) {
         let FootContact { impulse, is_least, total, .. } = &self.feet.contacts[index];
         (contact.impulse, contact.turning_impulse) = (impulse.get(lane), DVec3::ZERO);
@@ -232,8 +238,9 @@ impl<S: Simd> LaneRobot<S> {
         contact.total = total.get(lane);
     }
 
-    /// Gives a copy in a lane its contacts, and what the surfaces of each pair are like together, if planes are where they are for
-    /// all. False where it has contacts of which lanes know nothing; then the lane is empty.
+    /// Sets the contacts of a copy in a lane, and the combined surfaces of each pair, if planes are where
+    /// they are for all copies. Returns false if it has contacts that lanes do not know; the lane is then
+    /// empty.
     pub fn take_contacts(
         &mut self,
         lane: usize,
@@ -266,7 +273,7 @@ impl<S: Simd> LaneRobot<S> {
         fits
     }
 
-    /// The contacts of a copy, in their order.
+    /// Returns the contacts of a copy, in their order.
     pub fn contacts(&self, lane: usize) -> impl Iterator<Item = Contact> {
         let Feet { pairs, contacts, surfaces, .. } = &self.feet;
         let surfaces = &surfaces[self.feet.of_lane(lane)];
@@ -274,12 +281,12 @@ impl<S: Simd> LaneRobot<S> {
         all.filter_map(move |((pair, contact), surface)| contact.get(lane, pair, *surface))
     }
 
-    /// Whether copies touch with feet.
+    /// Returns whether copies touch with feet.
     pub fn has_feet(&self) -> bool {
         !self.feet.touched.is_empty()
     }
 
-    /// Where bodies are, base's axes.
+    /// Computes the origins of bodies, base axes.
     #[inline(always)]
     fn update_origins(&mut self) {
         let zero = self.occupied.splat(0.0);
@@ -291,8 +298,8 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Finds where feet touch. Where something else may touch a plane, or a body has many contacts; `begins`
-    /// where sums of impulses begin anew.
+    /// Finds the contacts of feet; sums of impulses restart if the step `begins`. Returns the lanes in which
+    /// another shape may touch a plane, or a body has many contacts.
     #[inline(always)]
     pub(super) fn find_feet(&mut self, begins: bool) -> Mask<S> {
         self.update_origins();
@@ -304,7 +311,7 @@ impl<S: Simd> LaneRobot<S> {
         self.near_planes() | self.feet.are_crowded()
     }
 
-    /// Where a guarded shape is so near a plane that contacts of it could be found.
+    /// Returns the lanes in which a guarded shape is so near a plane that contacts of it could be found.
     #[inline(always)]
     fn near_planes(&self) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -327,8 +334,8 @@ impl<S: Simd> LaneRobot<S> {
         near
     }
 
-    /// Keeps what contacts have come to in lanes that touch, where the rest of their step is done. `least` are those whose impulses
-    /// are the least ones.
+    /// Stores the results of contacts in lanes that touch and complete their step. `least` are the lanes
+    /// whose impulses are the least ones.
     #[inline(always)]
     pub(super) fn keep_contacts(&mut self, touching: Mask<S>, least: Mask<S>) {
         let Feet { contacts, solver, .. } = &mut self.feet;
@@ -340,7 +347,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Where impulses that a lane begins with are the least of the step before.
+    /// Returns the lanes whose initial impulses are the least ones of the previous step.
     #[inline(always)]
     pub(super) fn were_least(&self) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -352,7 +359,8 @@ impl<S: Simd> LaneRobot<S> {
     }
 }
 
-/// Whether a body of a tree that lanes take can have a foot: each joint between it and a free root has a column of J.
+/// Returns whether a body of a tree in lanes can have a foot. Each joint between it and a free root must have
+/// a column of J.
 pub fn can_be_foot(tree: &Tree, body: usize) -> bool {
     let root = tree.root_velocities();
     let above = std::iter::successors(Some(body), |body| tree.bodies[*body].parent);
@@ -361,8 +369,8 @@ pub fn can_be_foot(tree: &Tree, body: usize) -> bool {
     is_small && root > 0 && body > 0 && columns(tree, body).len() == root + joints
 }
 
-/// The velocities that move a body, from the root on, and whether each is added to the second of the two sums that the one-robot
-/// step has.
+/// Returns the velocities that move a body, from the root on. The flags say whether each is added to the
+/// second of the two sums of the one-robot step.
 fn columns(tree: &Tree, body: usize) -> Vec<(usize, bool)> {
     let side = Side { len: tree.velocity_count, ..Side::default() };
     let side = find_spans(side, tree, [Some(body), None]);

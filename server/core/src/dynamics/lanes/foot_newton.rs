@@ -1,5 +1,6 @@
-//! Newton's method for the impulses of feet, of all copies: what [`Direct`](crate::dynamics::constraint::direct::Direct) does for one
-//! robot. A lane does as many rounds as its copy would: in those after, its numbers stay.
+//! Newton's method for the impulses of feet, for all copies, as
+//! [`Direct`](crate::dynamics::constraint::direct::Direct) for one robot. A lane does as many rounds as its
+//! copy would; further rounds leave its numbers unchanged.
 
 use pulp::Simd;
 
@@ -12,7 +13,7 @@ use crate::dynamics::constraint::direct::{FLAT, HALVINGS, SOFTNESS, TOLERANCE};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl<S: Simd> Foot<S> {
-    /// Writes numbers of some lanes.
+    /// Writes numbers in some lanes.
     #[inline(always)]
     fn put<const N: usize>(slots: &mut [Lanes<S>; N], new: [Lanes<S>; N], lanes: Mask<S>) {
         for (slot, new) in slots.iter_mut().zip(new) {
@@ -22,7 +23,8 @@ impl<S: Simd> Foot<S> {
 }
 
 impl<S: Simd> FootSolver<S> {
-    /// Solves all rows of some lanes in at most so many rounds, from the impulses and velocities that they have. Where all rows hold.
+    /// Solves all rows of some lanes in at most `rounds` rounds, from their present impulses and velocities.
+    /// Returns the lanes in which all rows hold.
     #[inline(always)]
     pub(super) fn solve_directly(&mut self, lanes: Mask<S>, rounds: usize) -> Mask<S> {
         let zero = self.zero();
@@ -43,7 +45,7 @@ impl<S: Simd> FootSolver<S> {
         settled & is_exact & self.holds()
     }
 
-    /// Takes velocities and impulses as they are.
+    /// Starts with the present velocities and impulses.
     #[inline(always)]
     fn begin_rounds(&mut self) {
         let zero = self.zero();
@@ -71,7 +73,8 @@ impl<S: Simd> FootSolver<S> {
         joints.begin_rounds(velocities, momentum);
     }
 
-    /// A step of Newton of some lanes. Where there is one, and where rows have changed in it.
+    /// Makes a Newton step in some lanes. Returns the lanes with a step, and those in which rows have
+    /// changed.
     #[inline(always)]
     fn advance(&mut self, lanes: Mask<S>, is_first: bool) -> (Mask<S>, Mask<S>) {
         let zero = self.zero();
@@ -131,7 +134,7 @@ impl<S: Simd> FootSolver<S> {
         (is_there, changed)
     }
 
-    /// M + J' R^-1 J of the rows, with the weights that they have.
+    /// Assembles M + J' R^-1 J of the rows with their weights.
     #[inline(always)]
     pub(super) fn assemble(&mut self) {
         let Self { feet, joints, matrix, inertia, .. } = self;
@@ -140,7 +143,7 @@ impl<S: Simd> FootSolver<S> {
         for foot in &*feet {
             for (count, (row, (i, _))) in foot.jacobian.iter().zip(&foot.columns).enumerate() {
                 let factors = weighted(foot.newton.weights, *row);
-                // Columns before it are those of its ancestors.
+                // The columns before it belong to its ancestors.
                 let target = &mut matrix.values[matrix.rows[*i].at..][..=count];
                 for (target, column) in target.iter_mut().zip(&foot.jacobian[..=count]) {
                     *target += column[0] * factors[0] + column[1] * factors[1] + column[2] * factors[2];
@@ -149,7 +152,8 @@ impl<S: Simd> FootSolver<S> {
         }
     }
 
-    /// How far along the solution the function falls in some lanes, 1 at the most. `slope` is that at the begin.
+    /// Returns the step length up to which the function falls in some lanes, at most 1. `slope` is the
+    /// initial slope.
     #[inline(always)]
     fn find_length(&self, lanes: Mask<S>, slope: Lanes<S>) -> Lanes<S> {
         let zero = self.zero();
@@ -197,7 +201,8 @@ impl<S: Simd> FootSolver<S> {
         sum
     }
 
-    /// Takes impulses from the soft rows' velocities, and the bounds of friction from these, of some lanes. Where any row changed.
+    /// Computes impulses from the soft rows' velocities, and the friction bounds from these impulses, in some
+    /// lanes. Returns the lanes in which any row changed.
     #[inline(always)]
     fn project(&mut self, lanes: Mask<S>) -> Mask<S> {
         let zero = self.zero();
@@ -228,7 +233,8 @@ impl<S: Simd> FootSolver<S> {
         self.joints.project(lanes, &self.velocities, changed)
     }
 
-    /// Takes the bounds of what slips on. Where what slips differs from the round before, it begins anew.
+    /// Extrapolates the bounds of slipping feet. Restarts in lanes where the slipping feet differ from the
+    /// previous round.
     #[inline(always)]
     fn accelerate_bounds(&mut self, differs: Mask<S>, slips: Mask<S>) {
         let zero = self.zero();
@@ -246,13 +252,13 @@ impl<S: Simd> FootSolver<S> {
         anderson.advance(slips, &mut bounds[..count], &residuals[..count]);
         for (foot, bound) in feet.iter_mut().zip(bounds) {
             let on = slips & foot.newton.slipped;
-            // Not a number is none, as for one robot.
+            // NaN becomes 0, as for one robot.
             let bound = zero.lt(bound).select(bound, zero);
             foot.newton.bound = on.select(bound, foot.newton.bound);
         }
     }
 
-    /// Where the impulses keep to their bounds, and what is not active to its side.
+    /// Returns the lanes in which impulses are within their bounds, and inactive rows on their side.
     #[inline(always)]
     fn holds(&self) -> Mask<S> {
         let zero = self.zero();

@@ -1,5 +1,6 @@
-//! Where feet touch, of all copies: what the narrow phase finds of a ball and a plane
-//! ([`collision`](crate::collision), `narrow.rs` and `colliders.rs`), and what a contact has of that which it was before.
+//! Contact points of feet, for all copies: the narrow phase of a ball and a plane. It also copies the data
+//! that a contact inherits from the previous step. See [`collision`](crate::collision), `narrow.rs` and
+//! `colliders.rs`.
 //!
 //! Identity matrices and turns, and sums with zero, are kept: they mimic the world's operations, to the bit.
 
@@ -15,7 +16,7 @@ use crate::dynamics::constraint::contact::{Contact, STEADY};
 use crate::dynamics::contact_point::{ContactPoint, FASTEST_LOOKED_AHEAD, LOOK_AHEAD, Surface};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 
-/// A contact of a pair, of all copies; see [`Contact`]. It means nothing where there is none.
+/// Contact of a pair, for all copies; see [`Contact`]. Undefined where there is none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FootContact<S: Simd> {
     /// 1 where it touches or is about to.
@@ -33,7 +34,7 @@ pub(super) struct FootContact<S: Simd> {
 }
 
 impl<S: Simd> FootContact<S> {
-    /// None.
+    /// Returns no contact.
     pub(super) fn none(zero: Lanes<S>) -> Self {
         let vector = Vector::zero(zero);
         Self {
@@ -50,7 +51,7 @@ impl<S: Simd> FootContact<S> {
         }
     }
 
-    /// Takes that of a copy.
+    /// Copies the contact of a copy.
     pub(super) fn set(&mut self, lane: usize, contact: &Contact) {
         let Contact { point, impulse, is_least, total, moved, wanders, .. } = contact;
         self.is_there.set(lane, 1.0);
@@ -66,7 +67,7 @@ impl<S: Simd> FootContact<S> {
         self.wanders.set(lane, *wanders);
     }
 
-    /// That of a copy, of a pair whose surfaces are so together.
+    /// Returns the contact of a copy, for a pair with this combined surface.
     pub(super) fn get(&self, lane: usize, pair: &FootPair, surface: Surface) -> Option<Contact> {
         let mut bodies = [None; 2];
         bodies[pair.side] = Some(pair.body);
@@ -91,7 +92,7 @@ impl<S: Simd> FootContact<S> {
         (self.is_there.get(lane) == 1.0).then_some(contact)
     }
 
-    /// Takes one lane from another state.
+    /// Copies one lane from another state.
     pub(super) fn put_back(&mut self, lane: usize, from: &Self) {
         let vectors = |of: &Self| {
             let Self { on: [a, b], position, normal, impulse, total, moved, wanders, .. } = *of;
@@ -112,14 +113,14 @@ impl<S: Simd> FootContact<S> {
     }
 }
 
-/// In each lane the first where it is yes, else the second.
+/// Returns the first in lanes where the mask is true, else the second.
 #[inline(always)]
 pub(super) fn choose<S: Simd>(mask: Mask<S>, yes: Vector<S>, no: Vector<S>) -> Vector<S> {
     Vector { x: mask.select(yes.x, no.x), y: mask.select(yes.y, no.y), z: mask.select(yes.z, no.z) }
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Takes the contacts that were given.
+    /// Starts with the given contacts.
     #[inline(always)]
     pub(super) fn meet_given(&mut self) {
         for (index, (body, side)) in self.feet.touched.iter().enumerate() {
@@ -128,7 +129,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Finds where feet touch. Sums of impulses begin anew where a step `begins`.
+    /// Finds the contact points of feet. Sums of impulses restart if the step `begins`.
     #[inline(always)]
     pub(super) fn find_points(&mut self, begins: bool) {
         let (mut last, mut frame) = (usize::MAX, Pose::broadcast(self.simd, &DPose3::IDENTITY));
@@ -141,8 +142,9 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Where a body is, world; see [`Articulation::body_motion`](crate::dynamics::Articulation::body_motion). The base is where the
-    /// world is, of a robot whose root is free.
+    /// Returns the pose of a body, world; see
+    /// [`Articulation::body_motion`](crate::dynamics::Articulation::body_motion). The base of a robot with a
+    /// free root is the world's origin.
     #[inline(always)]
     fn frame(&self, body: usize) -> Pose<S> {
         let at = &self.bodies[body];
@@ -162,7 +164,7 @@ impl<S: Simd> LaneRobot<S> {
         let own_normal = Vector::broadcast(self.simd, pair.normal);
         let at = &self.bodies[pair.body];
         let (linear, angular) = (turn.times(at.velocity.linear), turn.times(at.velocity.angular));
-        // How far around it contacts are looked for.
+        // Distance around it within which contacts are looked for.
         let middle = ball.translation + ball.rotation.matrix().times(still);
         let velocity = linear + angular.cross(middle - frame.translation);
         let speed = velocity.length() + angular.length() * radius;

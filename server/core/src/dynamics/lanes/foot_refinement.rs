@@ -1,5 +1,6 @@
-//! The refinement that makes the impulses of feet exact, of all copies: what [`Direct`](crate::dynamics::constraint::direct::Direct) does
-//! with the factors of the last round of Newton's method.
+//! Refinement that makes the impulses of feet exact, for all copies, as
+//! [`Direct`](crate::dynamics::constraint::direct::Direct) does with the factors of the last round of
+//! Newton's method.
 
 use pulp::Simd;
 
@@ -9,7 +10,7 @@ use crate::dynamics::constraint::direct::{EXACT, REFINEMENTS, TOLERANCE};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl<S: Simd> FootSolver<S> {
-    /// What is left of each active row's equation. The largest.
+    /// Computes the residual of each active row's equation. Returns the largest.
     #[inline(always)]
     fn take_residuals(&mut self) -> Lanes<S> {
         let zero = self.zero();
@@ -31,7 +32,8 @@ impl<S: Simd> FootSolver<S> {
         joints.take_residuals(velocities, largest)
     }
 
-    /// Takes the softness out of velocities and impulses of some lanes. Where that succeeds.
+    /// Removes the softness from velocities and impulses in some lanes. Returns the lanes in which this
+    /// succeeds.
     #[inline(always)]
     pub(super) fn refine(&mut self, lanes: Mask<S>) -> Mask<S> {
         let zero = self.zero();
@@ -49,7 +51,7 @@ impl<S: Simd> FootSolver<S> {
             }
         }
         joints.apply_all(lanes, velocities);
-        // Of the lanes in which nothing slips it is what it was.
+        // In lanes in which nothing slips the matrix is unchanged.
         let mut is_definite = lanes;
         if slips.any() {
             self.assemble();

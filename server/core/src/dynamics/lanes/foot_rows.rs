@@ -1,6 +1,6 @@
-//! The rows of a foot in lanes: J, M^-1 J' and what they aim at, as [`ContactRows`] has them for one copy.
+//! Rows of a foot in lanes: J, M^-1 J' and targets, as [`ContactRows`] has them for one copy.
 //!
-//! In a lane that has no contact there all is zero, and the rows act on nothing.
+//! In a lane without a contact everything is zero, and the rows act on nothing.
 //!
 //! [`ContactRows`]: crate::dynamics::constraint::contact::ContactRows
 
@@ -20,15 +20,15 @@ use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _
 /// A foot of all copies.
 #[derive(Clone, Debug)]
 pub(super) struct Foot<S: Simd> {
-    /// Velocities that J has columns for, and whether each is added to the second of two sums.
+    /// Velocities for which J has columns, and whether each is added to the second of two sums.
     pub(super) columns: Vec<(usize, bool)>,
     /// 1 where it touches or is about to.
     pub(super) is_there: Lanes<S>,
-    /// From the body's origin to the point, base's axes.
+    /// Vector from the body's origin to the point, base axes, metres.
     arm: Vector<S>,
     /// See [`arc`](crate::dynamics::arcs::arc), base's axes.
     arc: Vector<S>,
-    /// The axes of its rows as they act on the body, base's axes.
+    /// Directions in which its rows act on the body, base axes.
     directions: [Vector<S>; 3],
     /// Normal and tangents, world.
     axes: [Vector<S>; 3],
@@ -49,20 +49,20 @@ pub(super) struct Foot<S: Simd> {
     pub(super) correction_velocity: Lanes<S>,
     pub(super) split_impulse: Lanes<S>,
     pub(super) impulse: [Lanes<S>; 3],
-    /// To go back to.
+    /// Impulse to restore.
     pub(super) kept_impulse: [Lanes<S>; 3],
-    /// Where it can move anything.
+    /// Lanes in which it can move anything.
     pub(super) acts: Mask<S>,
     pub(super) newton: FootNewton<S>,
 }
 
-/// What Newton's method has of a foot.
+/// State of Newton's method for a foot.
 #[derive(Clone, Debug)]
 pub(super) struct FootNewton<S: Simd> {
-    /// It is not open: it presses, and slips or sticks.
+    /// Whether it presses, and slips or sticks, so that it is not open.
     pub(super) presses: Mask<S>,
     pub(super) sticks: Mask<S>,
-    /// It slipped in the last round.
+    /// Whether it slipped in the last round.
     pub(super) slipped: Mask<S>,
     pub(super) bound: Lanes<S>,
     pub(super) bound_residual: Lanes<S>,
@@ -74,7 +74,7 @@ pub(super) struct FootNewton<S: Simd> {
 }
 
 impl<S: Simd> Foot<S> {
-    /// One that touches nothing, of a robot with so many velocities.
+    /// Creates a foot without contact, of a robot with this number of velocities.
     pub(super) fn new(zero: Lanes<S>, columns: Vec<(usize, bool)>, velocities: usize) -> Self {
         let no = zero.lt(zero);
         let still = Vector::zero(zero);
@@ -116,13 +116,13 @@ impl<S: Simd> Foot<S> {
         }
     }
 
-    /// Bytes on the heap.
+    /// Returns the bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.columns[..]) + size_of_val(&self.jacobian[..]) + size_of_val(&self.responses[..])
     }
 
-    /// It touches there, with the impulse that it had; it is the first or second of the two, and its body's origin is there in the
-    /// base's axes. The base is where the world is.
+    /// Starts with a contact and its last impulse. `side` says which of the two robots it is; `origin` is its
+    /// body's origin in the base's axes. The base is at the world's origin.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     pub(super) fn meet(&mut self, simd: S, contact: &FootContact<S>, side: usize, origin: Vector<S>) {
@@ -131,7 +131,7 @@ impl<S: Simd> Foot<S> {
         let is_there = zero.lt(contact.is_there);
         self.is_there = contact.is_there;
         let Vector { x, y, z } = contact.normal;
-        // As `DVec3::any_orthonormal_pair`, which asks for the sign of a zero too.
+        // As `DVec3::any_orthonormal_pair`, which also uses the sign of a zero.
         let is_below = z.lt(zero) | (z.equals(zero) & (one / z).lt(zero));
         let sign = is_below.select(zero.splat(-1.0), one);
         let a = zero.splat(-1.0) / (sign + z);
@@ -152,7 +152,7 @@ impl<S: Simd> Foot<S> {
         }
     }
 
-    /// The velocities along the axes.
+    /// Returns the velocities along the axes.
     #[inline(always)]
     pub(super) fn velocities(&self, velocities: &[Lanes<S>]) -> [Lanes<S>; 3] {
         let zero = self.target.splat(0.0);
@@ -166,14 +166,14 @@ impl<S: Simd> Foot<S> {
         [sums[0][0] + sums[0][1], sums[1][0] + sums[1][1], sums[2][0] + sums[2][1]]
     }
 
-    /// The normal velocity, and by how much tangent velocities are not those of what does not slip.
+    /// Returns the normal velocity, and the tangent velocities relative to those without slip.
     #[inline(always)]
     pub(super) fn slip(&self, velocities: &[Lanes<S>]) -> [Lanes<S>; 3] {
         let [n, t, u] = self.velocities(velocities);
         [n, t - self.drift[0], u - self.drift[1]]
     }
 
-    /// Gives the velocities of some lanes an impulse along the axes.
+    /// Applies an impulse along the axes to the velocities of some lanes.
     #[inline(always)]
     pub(super) fn apply_impulse(&self, impulse: [Lanes<S>; 3], lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
         for (velocity, [n, t, u]) in velocities.iter_mut().zip(&self.responses) {
@@ -182,7 +182,7 @@ impl<S: Simd> Foot<S> {
         }
     }
 
-    /// Adds J' times an impulse along the axes, of some lanes.
+    /// Adds J' times an impulse along the axes in some lanes.
     #[inline(always)]
     pub(super) fn add_momentum(&self, impulse: [Lanes<S>; 3], lanes: Mask<S>, momentum: &mut [Lanes<S>]) {
         for (j, (velocity, _)) in self.jacobian.iter().zip(&self.columns) {
@@ -192,7 +192,7 @@ impl<S: Simd> Foot<S> {
         }
     }
 
-    /// Takes J M^-1 J'.
+    /// Computes J M^-1 J'.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     fn measure(&mut self) {
@@ -214,7 +214,7 @@ impl<S: Simd> Foot<S> {
         self.acts = contact_law::acts(self.effect);
     }
 
-    /// Sets what velocities aim at, from those before the step.
+    /// Sets the target velocities, from those before the step.
     #[inline(always)]
     pub(super) fn aim(&mut self, before: &[Lanes<S>], h: f64) {
         let zero = self.target.splat(0.0);
@@ -233,14 +233,14 @@ impl<S: Simd> Foot<S> {
         self.split_impulse = zero;
     }
 
-    /// The impulse on the second of the two, world.
+    /// Returns the impulse on the second of the two robots, world.
     #[inline(always)]
     pub(super) fn world_impulse(&self) -> Vector<S> {
         let ([n, t, u], [a, b, c]) = (self.axes, self.impulse);
         n * a + t * b + u * c
     }
 
-    /// Where it has an impulse.
+    /// Returns the lanes in which it has an impulse.
     #[inline(always)]
     pub(super) fn has_impulse(&self) -> Mask<S> {
         let zero = self.target.splat(0.0);
@@ -249,7 +249,7 @@ impl<S: Simd> Foot<S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Finds the arcs that feet go along.
+    /// Computes the arcs of feet.
     #[inline(always)]
     pub(super) fn find_arcs(&mut self) {
         for index in 0..self.feet.touched.len() {
@@ -272,7 +272,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// J and M^-1 J' of all feet, and what follows of them.
+    /// Computes J and M^-1 J' of all feet, and the quantities derived from them.
     #[inline(always)]
     pub(super) fn measure_feet(&mut self) {
         for index in 0..self.feet.touched.len() {
@@ -290,7 +290,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Writes J: what wrenches on a body do to each velocity's own momentum. Columns come from the root on.
+    /// Writes J, the effect of wrenches on a body on each velocity's own momentum. Columns start at the root.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
     fn project_wrenches(&mut self, wrenches: [Spatial<S>; 3], body: usize, index: usize) {
@@ -322,7 +322,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Writes M^-1 J': what wrenches on a body do to all velocities.
+    /// Writes M^-1 J', the effect of wrenches on a body on all velocities.
     #[inline(always)]
     fn respond_to_wrenches(&mut self, wrenches: [Spatial<S>; 3], body: usize, index: usize) {
         let zero = self.occupied.splat(0.0);
@@ -335,7 +335,7 @@ impl<S: Simd> LaneRobot<S> {
         for response in &mut responses[offset..] {
             *response = [zero; 3];
         }
-        // Until the forward pass, what impulses leave at each joint.
+        // Until the forward pass, the share of the impulses that each joint takes.
         let (mut next, mut p) = (Some(body), wrenches);
         for p in &mut p {
             *p = -*p;
@@ -358,7 +358,7 @@ impl<S: Simd> LaneRobot<S> {
                 let delta = self.factors.solve(-p[k]);
                 deltas[0][k] = delta;
                 let motion = delta - carried;
-                // As the root's velocities are kept; see `root_velocities`.
+                // In the axes of the root's velocities; see `root_velocities`.
                 let linear = rotation.times(own_from_base.times(motion.linear));
                 let angular = own_from_base.times(motion.angular);
                 let six = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];

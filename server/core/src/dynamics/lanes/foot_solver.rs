@@ -1,5 +1,5 @@
-//! The impulses of feet, of all copies: what [`Island`](crate::dynamics::island::Island) does for one robot that touches what cannot
-//! move.
+//! Impulses of feet, for all copies, as [`Island`](crate::dynamics::island::Island) finds them for one robot
+//! that touches immovable ones.
 
 use pulp::Simd;
 
@@ -17,22 +17,22 @@ use crate::dynamics::island::{
 use crate::dynamics::real::{MaskOf as _, Real as _};
 use crate::dynamics::tree::Tree;
 
-/// The memory of it.
+/// Memory of the solver.
 #[derive(Debug)]
 pub(super) struct FootSolver<S: Simd> {
     pub(super) feet: Vec<Foot<S>>,
     /// Limits and dry friction of joints.
     pub(super) joints: JointRows<S>,
-    /// Of the robot: with impulses, before the step, without impulses, and those of position correction.
+    /// Velocities of the robot: with impulses, before the step, without impulses, and of position correction.
     pub(super) velocities: Vec<Lanes<S>>,
     before: Vec<Lanes<S>>,
     pub(super) free: Vec<Lanes<S>>,
     split: Vec<Lanes<S>>,
-    /// Velocities to go back to.
+    /// Velocities to restore.
     kept: Vec<Lanes<S>>,
-    /// What impulses work against, as the matrix has it.
+    /// Inertia that impulses act on, in the order of the matrix.
     pub(super) inertia: Vec<Lanes<S>>,
-    /// Of each body, what three impulses on another one change its velocity by.
+    /// Change of each body's velocity by three impulses on another body.
     pub(super) deltas: Vec<[Spatial<S>; 3]>,
     pub(super) matrix: TreeCholesky<S>,
     /// See [`Direct`](crate::dynamics::constraint::direct::Direct).
@@ -41,12 +41,12 @@ pub(super) struct FootSolver<S: Simd> {
     pub(super) change: Vec<Lanes<S>>,
     pub(super) hardness: Lanes<S>,
     pub(super) anderson: Anderson<Lanes<S>>,
-    /// The impulses that a step starts from, or has come to, are the least ones.
+    /// Lanes whose initial or present impulses are the least ones.
     pub(super) was_least: Mask<S>,
 }
 
 impl<S: Simd> FootSolver<S> {
-    /// Of a robot with so many velocities.
+    /// Creates the memory for a robot with `n` velocities.
     pub(super) fn new(zero: Lanes<S>, n: usize) -> Self {
         Self {
             feet: Vec::new(),
@@ -68,13 +68,13 @@ impl<S: Simd> FootSolver<S> {
         }
     }
 
-    /// Zero in all lanes.
+    /// Returns zero in all lanes.
     #[inline(always)]
     pub(super) fn zero(&self) -> Lanes<S> {
         self.hardness.splat(0.0)
     }
 
-    /// Takes the tree of the robot.
+    /// Sets the tree of the robot.
     pub(super) fn set_tree(&mut self, tree: &Tree) {
         let zero = self.zero();
         let count = self.matrix.set_tree(zero, tree);
@@ -83,14 +83,14 @@ impl<S: Simd> FootSolver<S> {
         self.deltas = vec![[Spatial { angular: still, linear: still }; 3]; tree.bodies.len()];
     }
 
-    /// Takes feet, with the columns of each.
+    /// Sets the feet, with the columns of each.
     pub(super) fn set_feet(&mut self, columns: impl Iterator<Item = Vec<(usize, bool)>>) {
         let (zero, n) = (self.zero(), self.velocities.len());
         self.feet = columns.map(|columns| Foot::new(zero, columns, n)).collect();
         self.anderson = Anderson::new(zero, self.feet.len());
     }
 
-    /// Bytes on the heap.
+    /// Returns the bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         let of_feet: usize = self.feet.iter().map(|foot| size_of::<Foot<S>>() + foot.bytes()).sum();
         of_feet
@@ -102,7 +102,7 @@ impl<S: Simd> FootSolver<S> {
             + self.anderson.bytes()
     }
 
-    /// Where anything touches or is about to.
+    /// Returns the lanes in which anything touches or is about to.
     #[inline(always)]
     pub(super) fn touching(&self) -> Mask<S> {
         let zero = self.zero();
@@ -113,7 +113,7 @@ impl<S: Simd> FootSolver<S> {
         zero.lt(any)
     }
 
-    /// Sets what feet aim at.
+    /// Sets the targets of feet.
     #[inline(always)]
     fn aim(&mut self, h: f64) {
         for foot in &mut self.feet {
@@ -121,7 +121,7 @@ impl<S: Simd> FootSolver<S> {
         }
     }
 
-    /// Gives the velocities the impulses that some lanes start from, unless those are worse than none.
+    /// Applies the initial impulses of some lanes to the velocities, unless they are worse than none.
     #[inline(always)]
     fn start(&mut self, lanes: Mask<S>) {
         let zero = self.zero();
@@ -166,7 +166,7 @@ impl<S: Simd> FootSolver<S> {
         }
     }
 
-    /// Once through all feet, of some lanes. The largest change of a row's own velocity.
+    /// Sweeps once through all feet of some lanes. Returns the largest change of a row's own velocity.
     #[inline(always)]
     fn sweep(&mut self, lanes: Mask<S>) -> Lanes<S> {
         let zero = self.zero();
@@ -194,8 +194,9 @@ impl<S: Simd> FootSolver<S> {
         largest
     }
 
-    /// Finds the impulses of some lanes: where the least ones of the last step still hold, those; else directly, at once or after some
-    /// sweeps, where it `is_direct`; else by sweeps.
+    /// Finds the impulses of some lanes. If the least ones of the last step still hold, it keeps them.
+    /// Otherwise it solves directly, at once or after some sweeps, in lanes that are `is_direct`, and sweeps
+    /// in others.
     #[inline(always)]
     fn find_impulses(&mut self, lanes: Mask<S>, is_direct: Mask<S>) {
         let zero = self.zero();
@@ -232,7 +233,7 @@ impl<S: Simd> FootSolver<S> {
         self.was_least = (lanes & least) | (self.was_least & !lanes);
     }
 
-    /// Keeps velocities and impulses.
+    /// Saves velocities and impulses.
     #[inline(always)]
     fn keep(&mut self) {
         self.kept.copy_from_slice(&self.velocities);
@@ -242,7 +243,7 @@ impl<S: Simd> FootSolver<S> {
         }
     }
 
-    /// Goes back to those in some lanes.
+    /// Restores velocities and impulses in some lanes.
     #[inline(always)]
     fn go_back(&mut self, lanes: Mask<S>) {
         if !lanes.any() {
@@ -259,7 +260,8 @@ impl<S: Simd> FootSolver<S> {
         }
     }
 
-    /// Velocities that positions are moved by beside the new ones, where feet are too deep. Where there are any.
+    /// Computes velocities that move positions in addition to the new ones if feet are too deep. Returns the
+    /// lanes with any.
     #[inline(always)]
     pub(super) fn correct_positions(&mut self, lanes: Mask<S>) -> Mask<S> {
         let zero = self.zero();
@@ -334,7 +336,8 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Says which velocities move positions, once the new ones are found. Where contacts have acted on a copy that touches.
+    /// Sets the velocities that move positions, once the new ones are known. Returns the lanes in which
+    /// contacts have acted on a copy that touches.
     #[inline(always)]
     pub(super) fn set_ways(&mut self, touching: Mask<S>) -> Mask<S> {
         let zero = self.occupied.splat(0.0);

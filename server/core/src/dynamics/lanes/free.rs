@@ -1,5 +1,5 @@
-//! What lanes know of a root that is free, and its arithmetic: turns by quaternions, as glam has them,
-//! operation by operation, since a lane has their bits.
+//! Free roots in lanes and their arithmetic: rotations by quaternions, as in glam, operation by operation, so
+//! that a lane has the same bits.
 
 use pulp::Simd;
 
@@ -8,19 +8,19 @@ use super::vectors::{Matrix, Vector};
 use crate::dynamics::BodyState;
 use crate::dynamics::real::{Real as _, VectorOf as _};
 
-/// What a step changes of a free root: of [`BodyState`] that which is the root's. Zero where the root is fixed.
+/// State of a free root that a step changes, a part of [`BodyState`]. Zero if the root is fixed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Root<S: Simd> {
-    /// Its origin x y z, and its rotation as a quaternion x y z w, both in the world.
+    /// Origin x y z, and rotation as a quaternion x y z w, both in the world.
     pub(super) positions: [Lanes<S>; 7],
-    /// Linear of its origin, then angular in its own axes.
+    /// Linear velocity of its origin, then angular in its own axes.
     pub(super) velocities: [Lanes<S>; 6],
     pub(super) half_velocities: [Lanes<S>; 6],
     pub(super) changes: [Lanes<S>; 6],
     pub(super) changes_before: [Lanes<S>; 6],
 }
 
-/// The first three of six numbers, and the last.
+/// Returns the first three of six numbers, and the last.
 #[inline(always)]
 pub(super) fn parts<S: Simd>(six: &[Lanes<S>; 6]) -> (Vector<S>, Vector<S>) {
     let [x, y, z, u, v, w] = *six;
@@ -28,7 +28,7 @@ pub(super) fn parts<S: Simd>(six: &[Lanes<S>; 6]) -> (Vector<S>, Vector<S>) {
 }
 
 impl<S: Simd> Root<S> {
-    /// All numbers zero.
+    /// Returns zero in all numbers.
     pub(super) fn zero(zero: Lanes<S>) -> Self {
         Self {
             positions: [zero; 7],
@@ -39,7 +39,7 @@ impl<S: Simd> Root<S> {
         }
     }
 
-    /// Writes that of a copy.
+    /// Copies the state of a copy.
     pub(super) fn set(&mut self, lane: usize, from: &BodyState) {
         set(&mut self.positions, lane, &from.positions);
         set(&mut self.velocities, lane, &from.velocities);
@@ -48,7 +48,7 @@ impl<S: Simd> Root<S> {
         set(&mut self.changes_before, lane, &from.changes_before);
     }
 
-    /// Writes that of a lane into the state of its copy.
+    /// Writes the state of a lane to its copy.
     pub(super) fn give_back(&self, lane: usize, into: &mut BodyState) {
         get(&self.positions, lane, &mut into.positions);
         get(&self.velocities, lane, &mut into.velocities);
@@ -57,7 +57,7 @@ impl<S: Simd> Root<S> {
         get(&self.changes_before, lane, &mut into.changes_before);
     }
 
-    /// Takes one lane from another state.
+    /// Copies one lane from another state.
     pub(super) fn put_back(&mut self, lane: usize, from: &Self) {
         let Self { positions, velocities, half_velocities, changes, changes_before } = self;
         for (slot, value) in positions.iter_mut().zip(&from.positions) {
@@ -73,7 +73,7 @@ impl<S: Simd> Root<S> {
         }
     }
 
-    /// In which lanes all of it is of a size that can be computed with.
+    /// Returns the lanes in which all numbers are usable.
     #[inline(always)]
     pub(super) fn is_usable(&self) -> Mask<S> {
         let mut is_usable = self.positions[0].is_usable();
@@ -86,21 +86,21 @@ impl<S: Simd> Root<S> {
         is_usable
     }
 
-    /// How it is turned.
+    /// Returns its rotation.
     #[inline(always)]
     pub(super) fn rotation(&self) -> Quaternion<S> {
         let [_, _, _, x, y, z, w] = self.positions;
         Quaternion { vector: Vector { x, y, z }, w }
     }
 
-    /// How fast it moves what is within so far of its origin, at the most, in a list of velocities.
+    /// Returns the largest speed of points within a distance of its origin, at these velocities.
     #[inline(always)]
     pub(super) fn speed_of(velocities: &[Lanes<S>; 6], lever: Lanes<S>) -> Lanes<S> {
         let (linear, angular) = parts(velocities);
         linear.length() + lever * angular.length()
     }
 
-    /// The same of the velocities that it has.
+    /// Returns the largest speed of points within a distance of its origin, at its present velocities.
     #[inline(always)]
     pub(super) fn speed(&self, lever: Lanes<S>) -> Lanes<S> {
         Self::speed_of(&self.velocities, lever)
@@ -125,7 +125,7 @@ pub(super) struct Quaternion<S: Simd> {
 }
 
 impl<S: Simd> Quaternion<S> {
-    /// As a matrix.
+    /// Returns the rotation as a matrix.
     #[inline(always)]
     pub(super) fn matrix(self) -> Matrix<S> {
         let Self { vector: Vector { x, y, z }, w } = self;
@@ -141,7 +141,7 @@ impl<S: Simd> Quaternion<S> {
         }
     }
 
-    /// A vector, turned.
+    /// Returns a vector, rotated.
     #[inline(always)]
     pub(super) fn times(self, v: Vector<S>) -> Vector<S> {
         let Self { vector: b, w } = self;

@@ -1,5 +1,5 @@
-//! The inertia that impulses of a step work against, of all copies: what
-//! [`implicit_inertia`](crate::dynamics::implicit_inertia) writes for one.
+//! Inertia that impulses of a step act on, for all copies, as
+//! [`implicit_inertia`](crate::dynamics::implicit_inertia) writes it for one.
 
 use glamx::DVec3;
 use pulp::Simd;
@@ -13,7 +13,8 @@ use crate::dynamics::implicit_inertia::LOCKED;
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _};
 
 impl<S: Simd> LaneRobot<S> {
-    /// Writes it, as [`TreeCholesky`](super::tree_cholesky::TreeCholesky) has it. Where there is such a matrix.
+    /// Writes the inertia in the order of [`TreeCholesky`](super::tree_cholesky::TreeCholesky). Returns the
+    /// lanes in which there is such a matrix.
     #[inline(always)]
     pub(super) fn write_implicit_inertia(&mut self) -> Mask<S> {
         let (first, n) = (self.first, self.bodies.len());
@@ -72,7 +73,7 @@ impl<S: Simd> LaneRobot<S> {
         self.factors.is_regular()
     }
 
-    /// Writes what a force on the root does to its velocities, of which the first `count` are asked for, into a row.
+    /// Writes the effect of a force on the root on its first `count` velocities into a row.
     #[inline(always)]
     fn write_root_columns(&mut self, row: usize, count: usize, force: Spatial<S>) {
         let (linear, angular) = self.root_velocities(force);

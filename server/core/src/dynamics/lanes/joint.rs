@@ -1,4 +1,4 @@
-//! What lanes know of a joint of one axis, and of the body that it moves.
+//! Joints of one axis in lanes, and the bodies that they move.
 
 use pulp::Simd;
 
@@ -9,15 +9,15 @@ use crate::dynamics::inertia;
 use crate::dynamics::integrator::Implicitness;
 use crate::dynamics::real::Real as _;
 
-/// What a step reads of a joint and does not change: settings and target.
+/// Settings and target of a joint, which a step does not change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Law<S: Simd> {
     /// See [`AxisSettings`](crate::dynamics::actuator::AxisSettings).
     pub(super) friction: Lanes<S>,
     pub(super) own: OwnForces<Lanes<S>>,
-    /// Minus infinity where there is none.
+    /// Lower limit; minus infinity if there is none.
     pub(super) lower: Lanes<S>,
-    /// Infinity where there is none.
+    /// Upper limit; infinity if there is none.
     pub(super) upper: Lanes<S>,
     /// See [`Drive`](crate::dynamics::actuator::Drive).
     pub(super) stiffness: Lanes<S>,
@@ -25,15 +25,15 @@ pub(super) struct Law<S: Simd> {
     pub(super) velocity: Lanes<S>,
     pub(super) feed_forward: Lanes<S>,
     pub(super) limit: Lanes<S>,
-    /// The number of the target.
+    /// Target value.
     pub(super) target: Lanes<S>,
-    /// What its setpoint speeds up with.
+    /// Maximum acceleration of its setpoint.
     pub(super) hardest: Lanes<S>,
-    /// How fast its setpoint is at the most.
+    /// Maximum speed of its setpoint.
     pub(super) fastest: Lanes<S>,
 }
 
-/// What a step changes: of [`BodyState`](crate::dynamics::BodyState) that which is the joint's.
+/// State of a joint that a step changes, a part of [`BodyState`](crate::dynamics::BodyState).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct State<S: Simd> {
     pub(super) position: Lanes<S>,
@@ -44,36 +44,36 @@ pub(super) struct State<S: Simd> {
     pub(super) setpoint: Lanes<S>,
     pub(super) setpoint_velocity: Lanes<S>,
     pub(super) effort: Lanes<S>,
-    /// The law of the last step.
+    /// Law of the last step.
     pub(super) drive: Drive<S>,
-    /// Impulses of the rows of the last step.
+    /// Impulses of the rows in the last step.
     pub(super) friction: Lanes<S>,
     pub(super) lower: Lanes<S>,
     pub(super) upper: Lanes<S>,
 }
 
-/// The law of an actuator. NaN where it is not saturated.
+/// Law of an actuator. `saturated` is NaN if it is not saturated.
 pub(super) type Drive<S> = actuator::Drive<Lanes<S>, Lanes<S>>;
 
 /// A row on the velocity of one joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row<S: Simd> {
-    /// 1 where there is one.
+    /// 1 if there is one.
     pub(super) is_there: Lanes<S>,
     pub(super) bias: Lanes<S>,
     pub(super) impulse: Lanes<S>,
 }
 
-/// Scratch of a step.
+/// Scratch of a step for a body and its joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Body<S: Simd> {
-    /// In its own axes; its copy's.
+    /// Inertia of its copy, in its own axes.
     pub(super) inertia: Rigid<S>,
     pub(super) rotation: Matrix<S>,
     pub(super) reach: Vector<S>,
-    /// From the base's origin to its own; of robots with feet.
+    /// Vector from the base's origin to its own; only for robots with feet.
     pub(super) origin: Vector<S>,
-    /// It and all that hangs on it; where feet touch.
+    /// Inertia of it and its subtree; only where feet touch.
     pub(super) composite: Rigid<S>,
     pub(super) velocity: Spatial<S>,
     pub(super) velocity_product: Spatial<S>,
@@ -81,7 +81,7 @@ pub(super) struct Body<S: Simd> {
     pub(super) bias: Spatial<S>,
     pub(super) column: Spatial<S>,
     pub(super) implicitness: Implicitness<Lanes<S>>,
-    /// The same of its actuator's law, also where that is saturated.
+    /// Implicitness of its actuator's law, also while that is saturated.
     pub(super) of_law: Implicitness<Lanes<S>>,
     pub(super) inverse_d: Lanes<S>,
     pub(super) drive: Lanes<S>,
@@ -89,23 +89,23 @@ pub(super) struct Body<S: Simd> {
     pub(super) delta: Spatial<S>,
     pub(super) impulse: Lanes<S>,
     pub(super) new_velocity: Lanes<S>,
-    /// The velocity that its joint's position is moved by.
+    /// Velocity that moves its joint's position.
     pub(super) way: Lanes<S>,
-    /// Of dry friction, a lower and an upper limit.
+    /// Rows of dry friction, lower limit and upper limit.
     pub(super) rows: [Row<S>; 3],
-    /// The most that dry friction holds with in a step.
+    /// Largest impulse of dry friction in a step.
     pub(super) most_friction: Lanes<S>,
-    /// Of its actuator's gains what is left.
+    /// Remaining part of its actuator's gains.
     pub(super) part: Lanes<S>,
 }
 
-/// Whether a mode has a setpoint.
+/// Returns whether a mode has a setpoint.
 pub(super) fn has_setpoint(mode: Mode) -> bool {
     matches!(mode, Mode::Position | Mode::Hold)
 }
 
 impl<S: Simd> Law<S> {
-    /// All numbers zero.
+    /// Returns zero in all numbers.
     pub(super) fn zero(zero: Lanes<S>) -> Self {
         Self {
             friction: zero,
@@ -123,7 +123,7 @@ impl<S: Simd> Law<S> {
         }
     }
 
-    /// Writes that of a copy, for steps of `h`.
+    /// Copies the settings of a copy, for steps of `h`.
     pub(super) fn set(&mut self, lane: usize, axis: &Axis, h: f64) {
         let (settings, actuator, drive) = (&axis.settings, &axis.actuator, axis.drive(h));
         let (lower, upper) = settings.limits.range();
@@ -149,11 +149,11 @@ impl<S: Simd> Law<S> {
         }
     }
 
-    /// Gives the target of a copy another number, which is clamped as that of a command is. The target is of this mode, and
-    /// what it has beside the number stays. Whether it is another one.
+    /// Sets the target value of a copy, clamped as a command's value is. The mode and other parts of the
+    /// target stay. Returns whether the value changed.
     pub(super) fn set_target(&mut self, lane: usize, mode: Mode, value: f64) -> bool {
         let (lower, upper) = match mode {
-            // A target of a rollout has no limits of its own: these are the joint's.
+            // A target of a rollout has no limits: these are the joint's.
             Mode::Velocity => (-self.fastest.get(lane), self.fastest.get(lane)),
             Mode::Effort => (-self.limit.get(lane), self.limit.get(lane)),
             _ => (self.lower.get(lane), self.upper.get(lane)),
@@ -171,7 +171,7 @@ impl<S: Simd> Law<S> {
 }
 
 impl<S: Simd> State<S> {
-    /// All numbers zero.
+    /// Returns zero in all numbers.
     pub(super) fn zero(zero: Lanes<S>) -> Self {
         let drive = Drive {
             stiffness: zero,
@@ -198,7 +198,7 @@ impl<S: Simd> State<S> {
         }
     }
 
-    /// All of it, in an order.
+    /// Returns all numbers, in a fixed order.
     pub(super) fn numbers(&mut self) -> [&mut Lanes<S>; 18] {
         let Self {
             position,
@@ -247,7 +247,7 @@ impl<S: Simd> State<S> {
 }
 
 impl<S: Simd> Body<S> {
-    /// All numbers zero.
+    /// Returns zero in all numbers.
     pub(super) fn zero(zero: Lanes<S>) -> Self {
         let vector = Vector::zero(zero);
         let spatial = Spatial { angular: vector, linear: vector };
@@ -281,7 +281,7 @@ impl<S: Simd> Body<S> {
         }
     }
 
-    /// Writes the inertia of a copy.
+    /// Copies the inertia of a copy.
     pub(super) fn set_inertia(&mut self, lane: usize, inertia: &inertia::Rigid) {
         let Rigid { mass, first_moment, moment } = &mut self.inertia;
         mass.set(lane, inertia.mass);

@@ -1,5 +1,6 @@
-//! Limits and dry friction of joints of copies that touch something, which are solved together with the rows of feet: see
-//! [`Direct`](crate::dynamics::constraint::direct::Direct). Those of copies that touch nothing are in `rows`.
+//! Limits and dry friction of joints of copies that touch something, solved together with the rows of feet:
+//! see [`Direct`](crate::dynamics::constraint::direct::Direct). The rows of copies that touch nothing are in
+//! `rows`.
 
 use pulp::Simd;
 
@@ -13,13 +14,13 @@ use crate::dynamics::real::{MaskOf as _, Real as _};
 /// A row on the velocity of one joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointRow<S: Simd> {
-    /// Which body and which of its rows it is, and the index of the velocity.
+    /// Body, kind of its row, and index of the velocity.
     body: usize,
     kind: usize,
     velocity: usize,
-    /// Of an upper limit the velocity counts the other way round.
+    /// Whether it is an upper limit, which reverses the sign of the velocity.
     is_upper: bool,
-    /// Where it is, and where it moves anything.
+    /// Lanes in which it exists, and in which it moves anything.
     is_there: Mask<S>,
     acts: Mask<S>,
     bias: Lanes<S>,
@@ -35,28 +36,28 @@ pub(super) struct JointRow<S: Simd> {
     way: Lanes<S>,
 }
 
-/// The rows, and what impulses at the joints do.
+/// Rows of joints, and the effects of impulses at the joints.
 #[derive(Debug)]
 pub(super) struct JointRows<S: Simd> {
     rows: Vec<JointRow<S>>,
-    /// By velocity that is pushed, then by velocity; only of those that have a row.
+    /// Responses by velocity of the impulse, then by velocity; only for velocities with a row.
     responses: Vec<Lanes<S>>,
 }
 
 impl<S: Simd> JointRow<S> {
-    /// A number of its velocity as its row has it.
+    /// Returns a number of its velocity with the sign of the row.
     #[inline(always)]
     fn signed(&self, number: Lanes<S>) -> Lanes<S> {
         if self.is_upper { -number } else { number }
     }
 
-    /// J qd.
+    /// Returns J qd.
     #[inline(always)]
     fn own(&self, velocities: &[Lanes<S>]) -> Lanes<S> {
         self.signed(velocities[self.velocity])
     }
 
-    /// The impulse of the soft row at this J qd + bias.
+    /// Returns the impulse of the soft row at this J qd + bias.
     #[inline(always)]
     fn soft(&self, speed: Lanes<S>) -> Lanes<S> {
         (-speed * self.hardness).clamp(self.least, self.most)
@@ -69,7 +70,7 @@ impl<S: Simd> JointRow<S> {
         *slot = lanes.select(*slot + self.signed(number), *slot);
     }
 
-    /// Gives the velocities of some lanes an impulse.
+    /// Applies an impulse to the velocities of some lanes.
     #[inline(always)]
     fn apply(&self, impulse: Lanes<S>, lanes: Mask<S>, responses: &[Lanes<S>], velocities: &mut [Lanes<S>]) {
         let own = &responses[self.velocity * velocities.len()..][..velocities.len()];
@@ -79,7 +80,7 @@ impl<S: Simd> JointRow<S> {
         }
     }
 
-    /// Where an impulse is between its bounds.
+    /// Returns the lanes in which an impulse is between its bounds.
     #[inline(always)]
     fn is_within(&self, impulse: Lanes<S>) -> Mask<S> {
         self.least.lt(impulse) & impulse.lt(self.most)
@@ -87,17 +88,17 @@ impl<S: Simd> JointRow<S> {
 }
 
 impl<S: Simd> JointRows<S> {
-    /// None, of a robot with so many velocities.
+    /// Creates the memory for a robot with this number of velocities, without rows.
     pub(super) fn new(zero: Lanes<S>, velocities: usize) -> Self {
         Self { rows: Vec::with_capacity(3 * velocities), responses: vec![zero; velocities * velocities] }
     }
 
-    /// Bytes on the heap.
+    /// Returns the bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         self.rows.capacity() * size_of::<JointRow<S>>() + size_of_val(&self.responses[..])
     }
 
-    /// Gives the velocities of some lanes the impulses that rows start from.
+    /// Applies the rows' initial impulses to the velocities of some lanes.
     #[inline(always)]
     pub(super) fn prepare(&mut self, lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
         let Self { rows, responses } = self;
@@ -111,7 +112,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Adds to -p' (J v0 - target) and to p' J M^-1 J' p.
+    /// Adds the rows' parts to -p' (J v0 - target) and to p' J M^-1 J' p.
     #[inline(always)]
     pub(super) fn add_energy(&self, free: &[Lanes<S>], velocities: &[Lanes<S>], sums: &mut [Lanes<S>; 2]) {
         for row in &self.rows {
@@ -130,7 +131,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Once through all rows, of some lanes. The largest change of a row's own velocity.
+    /// Sweeps once through all rows of some lanes. Updates the largest change of a row's own velocity.
     #[inline(always)]
     pub(super) fn sweep(&mut self, lanes: Mask<S>, velocities: &mut [Lanes<S>], largest: &mut Lanes<S>) {
         let Self { rows, responses } = self;
@@ -145,7 +146,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Keeps impulses to go back to.
+    /// Saves impulses.
     #[inline(always)]
     pub(super) fn keep(&mut self) {
         for row in &mut self.rows {
@@ -153,7 +154,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Goes back to them in some lanes.
+    /// Restores impulses in some lanes.
     #[inline(always)]
     pub(super) fn go_back(&mut self, lanes: Mask<S>) {
         for row in &mut self.rows {
@@ -161,7 +162,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Takes velocities and impulses as they are.
+    /// Starts with the present velocities and impulses.
     #[inline(always)]
     pub(super) fn begin_rounds(&mut self, velocities: &[Lanes<S>], momentum: &mut [Lanes<S>]) {
         for row in &mut self.rows {
@@ -205,7 +206,8 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// What the solution changes rows' velocities by, and the right side into what it changes `momentum` by.
+    /// Computes the changes of rows' velocities by the solution, and converts the right side to the change of
+    /// `momentum`.
     #[inline(always)]
     pub(super) fn find_ways(&mut self, change: &[Lanes<S>], force: &mut [Lanes<S>]) {
         for row in &mut self.rows {
@@ -214,7 +216,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Takes what the rows do along the solution from the slope.
+    /// Subtracts the rows' effect along the solution from the slope.
     #[inline(always)]
     pub(super) fn subtract_slope(&self, length: Lanes<S>, sum: &mut Lanes<S>) {
         for row in &self.rows {
@@ -223,7 +225,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Takes impulses from velocities, of some lanes. Where any row changed.
+    /// Computes impulses from velocities in some lanes. Returns the lanes in which any row changed.
     #[inline(always)]
     pub(super) fn project(
         &mut self,
@@ -242,7 +244,7 @@ impl<S: Simd> JointRows<S> {
         changed
     }
 
-    /// Gives the velocities of some lanes all impulses.
+    /// Applies all impulses to the velocities of some lanes.
     #[inline(always)]
     pub(super) fn apply_all(&self, lanes: Mask<S>, velocities: &mut [Lanes<S>]) {
         for row in &self.rows {
@@ -251,7 +253,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// What is left of each active row's equation. The largest.
+    /// Computes the residual of each active row's equation. Returns the largest.
     #[inline(always)]
     pub(super) fn take_residuals(&mut self, velocities: &[Lanes<S>], mut largest: Lanes<S>) -> Lanes<S> {
         for row in &mut self.rows {
@@ -261,7 +263,7 @@ impl<S: Simd> JointRows<S> {
         largest
     }
 
-    /// Adds what residuals of active rows ask for.
+    /// Adds the impulses for the residuals of active rows.
     #[inline(always)]
     pub(super) fn add_residuals(&self, change: &mut [Lanes<S>]) {
         for row in &self.rows {
@@ -269,7 +271,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Takes the softness out of active rows of some lanes, by the solution.
+    /// Removes the softness of active rows in some lanes, by the solution.
     #[inline(always)]
     pub(super) fn refine(&mut self, lanes: Mask<S>, change: &[Lanes<S>], velocities: &mut [Lanes<S>]) {
         let Self { rows, responses } = self;
@@ -281,7 +283,7 @@ impl<S: Simd> JointRows<S> {
         }
     }
 
-    /// Where all impulses keep to their bounds.
+    /// Returns the lanes in which all impulses are within their bounds.
     #[inline(always)]
     pub(super) fn hold(&self, mut all: Mask<S>) -> Mask<S> {
         for row in &self.rows {
@@ -294,7 +296,7 @@ impl<S: Simd> JointRows<S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Takes the rows of joints of some lanes, where a step begins.
+    /// Sets up the rows of joints in some lanes at the start of a step.
     #[inline(always)]
     pub(super) fn take_joint_rows(&mut self, lanes: Mask<S>) {
         let zero = self.occupied.splat(0.0);
@@ -339,7 +341,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// What impulses at joints with rows do.
+    /// Computes the effects of impulses at joints with rows.
     #[inline(always)]
     pub(super) fn measure_joint_rows(&mut self) {
         let (first, n) = (self.first, self.bodies.len());
@@ -353,7 +355,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Gives joints of some lanes the impulses that their rows have come to.
+    /// Writes the rows' final impulses to the joints of some lanes.
     #[inline(always)]
     pub(super) fn put_joint_rows(&mut self, lanes: Mask<S>) {
         for row in &self.feet.solver.joints.rows {

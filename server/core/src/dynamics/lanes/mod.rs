@@ -1,28 +1,33 @@
-//! The step of several copies of one robot at once, a copy a lane of the processor's vectors.
+//! Step of several copies of one robot at once, each copy in a lane of the processor's vectors.
 //!
-//! Each lane has the bits that [`Articulation::step`](super::Articulation::step) gives its copy: the operations are the same, in
-//! the same order, none of them is fused, and what is decided in one lane is a mask in all of them. So it does not matter how many
-//! lanes there are, nor which copies are beside one, and a copy can leave the lanes and come back at any step.
+//! Each lane has the bits that [`Articulation::step`](super::Articulation::step) gives its copy. The
+//! operations are the same, in the same order, and none of them is fused. A decision in one lane is a mask in
+//! all of them. The result therefore does not depend on the number of lanes or on neighbouring copies. A copy
+//! can leave the lanes and return at any step.
 //!
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
 //! * [`vectorized`]: code for the vectors of the processor. `number`, `vectors`: arithmetic over lanes.
-//! * `joint`: what lanes know of a joint. `free`: the same of a root that is free.
+//! * `joint`: joints in lanes. `free`: free roots in lanes.
 //! * `clearance`: how far copies can move before they can touch anything.
-//! * `robot`: [`LaneRobot`], the copies; how a copy comes in and goes out.
-//! * `root`: how a root that is free moves.
-//! * `passes`: kinematics, articulated inertias, accelerations. `drives`: what joints are driven by. `rows`: limits and dry
-//!   friction.
-//! * `pose`: frames in the world. `feet`: what of a robot touches planes. `foot_points`: where. `foot_rows`: the rows of that.
+//! * `robot`: [`LaneRobot`], the copies, and how a copy enters and leaves.
+//! * `root`: motion of a free root.
+//! * `passes`: kinematics, articulated inertias, accelerations. `drives`: actuators of joints. `rows`: limits
+//!   and dry friction.
+//! * `pose`: frames in the world. `feet`: parts of a robot that touch planes. `foot_points`: their contact
+//!   points. `foot_rows`: their rows.
 //! * `joint_rows`: limits and dry friction beside feet.
-//! * `tree_cholesky`, `implicit_inertia`: the matrix of what impulses work against. `foot_newton`, `foot_refinement`,
-//!   `foot_solver`: the impulses.
+//! * `tree_cholesky`, `implicit_inertia`: the matrix of the inertia that impulses act on. `foot_newton`,
+//!   `foot_refinement`, `foot_solver`: the impulses.
 //! * `step`: the step. `crowd`: robots of one world, whose contacts the world finds.
-//! * `single_bodies`: sweeps over contacts of single bodies, in whose lanes are contacts and not copies.
+//! * `single_bodies`: sweeps over contacts of single bodies, with contacts in lanes in place of copies.
 //!
-//! What lanes do not do, the one-robot step does: contact but that of feet and that which a world gives, constraints between links, robots of a single free
-//! body, ball joints, joints that follow others, gravity compensation, wrenches; a first step from given velocities; bodies that spin
-//! fast; a floating robot whose motion something disturbs; and what is not finite afterwards.
+//! The one-robot step does what lanes do not do:
+//!
+//! * contacts other than those of feet and those that a world gives, and constraints between links;
+//! * robots of a single free body, ball joints, joints that follow others, gravity compensation, wrenches;
+//! * a first step from set velocities, and bodies that spin fast;
+//! * a floating robot whose motion is disturbed, and states that are not finite after the step.
 
 mod clearance;
 mod crowd;
@@ -62,7 +67,7 @@ pub use vectorized::vectorized;
 
 use crate::dynamics::{Integrator, Tree};
 
-/// Bytes that a copy of a robot takes in its lane; 0 where the processor has no vectors for it.
+/// Returns the bytes that a copy of a robot takes in its lane; 0 if the processor has no vectors for it.
 pub fn bytes_of_copy(tree: &Arc<Tree>) -> usize {
     vectorized(usize::MAX, Bytes(tree)).unwrap_or(0)
 }

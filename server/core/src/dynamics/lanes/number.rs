@@ -1,7 +1,7 @@
 //! A number of each of several copies, side by side in a vector of the processor.
 //!
-//! Every operation is that of `f64` on each lane alone, and none is fused: a lane has the bits that the same lines have for one
-//! copy, whatever the other lanes hold and however many there are.
+//! Every operation is the `f64` operation on each lane alone, and none is fused. A lane therefore has the
+//! bits that the same code has for one copy, regardless of the other lanes and their number.
 
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
@@ -12,14 +12,14 @@ use crate::dynamics::LARGEST_STATE;
 use crate::dynamics::real::{MaskOf, Real};
 use crate::dynamics::trigonometry;
 
-/// One `f64` a lane.
+/// One `f64` for each lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lanes<S: Simd> {
     simd: S,
     values: S::f64s,
 }
 
-/// Yes or no for each lane.
+/// Boolean for each lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mask<S: Simd> {
     simd: S,
@@ -27,37 +27,37 @@ pub(super) struct Mask<S: Simd> {
 }
 
 impl<S: Simd> Lanes<S> {
-    /// The same in all lanes.
+    /// Returns the same number in all lanes.
     #[inline(always)]
     pub(super) fn broadcast(simd: S, value: f64) -> Self {
         Self { simd, values: simd.splat_f64s(value) }
     }
 
-    /// The numbers of the lanes.
+    /// Returns the numbers of the lanes.
     #[inline(always)]
     pub(super) fn all(&self) -> &[f64] {
         bytemuck::cast_slice::<S::f64s, f64>(std::slice::from_ref(&self.values))
     }
 
-    /// To change them.
+    /// Returns the numbers of the lanes, to change them.
     #[inline(always)]
     pub(super) fn all_mut(&mut self) -> &mut [f64] {
         bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(&mut self.values))
     }
 
-    /// Of one lane.
+    /// Returns the number of one lane.
     #[inline(always)]
     pub(super) fn get(&self, lane: usize) -> f64 {
         self.all()[lane]
     }
 
-    /// Changes that of one lane.
+    /// Sets the number of one lane.
     #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, value: f64) {
         self.all_mut()[lane] = value;
     }
 
-    /// Sines and cosines, those of a step of one copy.
+    /// Returns sines and cosines, with the bits of one copy's step.
     #[inline(always)]
     pub(super) fn sin_cos(self) -> (Self, Self) {
         let (mut sin, mut cos) = trigonometry::sin_cos_of_moderate(self);
@@ -71,7 +71,7 @@ impl<S: Simd> Lanes<S> {
         (sin, cos)
     }
 
-    /// Whether it is of a size that can be computed with.
+    /// Returns the lanes whose number is finite and within [`LARGEST_STATE`].
     #[inline(always)]
     pub(super) fn is_usable(self) -> Mask<S> {
         self.abs().le(self.splat(LARGEST_STATE))
@@ -104,14 +104,14 @@ impl<S: Simd> Real for Lanes<S> {
         Self { simd: self.simd, values: self.simd.or_f64s(self.abs().values, sign) }
     }
 
-    /// `other` where `self` is less, else `self`. So it is `self` where either is NaN, unlike [`f64::max`], and where one is 0 and the
-    /// other -0.
+    /// Returns `other` where `self` is less, else `self`. It returns `self` where either is NaN, unlike
+    /// [`f64::max`], and where one is 0 and the other -0.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.lt(other).select(other, self)
     }
 
-    /// `other` where it is less, else `self`; with NaN and -0 as in [`max`](Self::max).
+    /// Returns `other` where it is less, else `self`; with NaN and -0 as in [`max`](Self::max).
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         other.lt(self).select(other, self)
@@ -157,7 +157,7 @@ impl<S: Simd> MaskOf<Lanes<S>> for Mask<S> {
 }
 
 impl<S: Simd> Mask<S> {
-    /// 1 where it is yes, else 0.
+    /// Returns 1 where the mask is true, else 0.
     #[inline(always)]
     pub(super) fn numbers(self) -> Lanes<S> {
         let zero = Lanes::broadcast(self.simd, 0.0);

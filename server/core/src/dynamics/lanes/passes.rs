@@ -1,5 +1,5 @@
-//! The passes through the tree: what [`kinematics`](crate::dynamics::kinematics) and
-//! [`articulated`](crate::dynamics::articulated) do for one copy.
+//! Passes through the tree, as [`kinematics`](crate::dynamics::kinematics) and
+//! [`articulated`](crate::dynamics::articulated) do them for one copy.
 
 use glamx::DMat3;
 use pulp::Simd;
@@ -16,20 +16,20 @@ use crate::dynamics::tree::JointType;
 use crate::dynamics::velocity_terms::FAST;
 
 impl<S: Simd> LaneRobot<S> {
-    /// The frame of a body at position zero, in its parent.
+    /// Returns the frame of a body at position zero, in its parent.
     #[inline(always)]
     pub(super) fn at_zero(&self, body: usize) -> (Matrix<S>, Vector<S>) {
         let Placement { rotation, origin } = &self.tree.bodies[body].at_zero;
         (Matrix::broadcast(self.simd, rotation), Vector::broadcast(self.simd, *origin))
     }
 
-    /// The frame of the base, and no velocity.
+    /// Returns the axes of the base.
     #[inline(always)]
     pub(super) fn base(&self) -> Matrix<S> {
         Matrix::broadcast(self.simd, &DMat3::IDENTITY)
     }
 
-    /// Poses and velocities of all bodies. Where one turns too fast for lanes.
+    /// Computes poses and velocities of all bodies. Returns the lanes in which one turns too fast for lanes.
     #[inline(always)]
     pub(super) fn update_kinematics(&mut self) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -106,7 +106,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// U, D and u of a body.
+    /// Computes U, D and u of a body.
     #[inline(always)]
     fn factorise(&mut self, i: usize, joint_type: JointType) {
         let (law, state) = (&self.laws[i], &self.states[i]);
@@ -134,7 +134,7 @@ impl<S: Simd> LaneRobot<S> {
         at.drive = effort - along(joint_type, at.bias, z);
     }
 
-    /// Third pass, root to leaves: the new velocities of some lanes.
+    /// Third pass, root to leaves: computes the new velocities of some lanes.
     #[inline(always)]
     pub(super) fn accelerate(&mut self, going: Mask<S>) {
         let zero = self.occupied.splat(0.0);
@@ -158,7 +158,8 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Writes what a unit impulse at a joint does to all velocities, by one backward and one forward pass over the tree.
+    /// Writes the effect of a unit impulse at a joint on all velocities, by one backward and one forward pass
+    /// over the tree.
     #[inline(always)]
     pub(super) fn respond(&mut self, joint: usize) {
         let zero = self.occupied.splat(0.0);

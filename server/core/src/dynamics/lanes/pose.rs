@@ -1,4 +1,5 @@
-//! Frames in the world, of all copies: turns by quaternions, as glam has them, operation by operation, since a lane has their bits.
+//! Frames in the world, for all copies: rotations by quaternions, as in glam, operation by operation, so that
+//! a lane has the same bits.
 
 use glamx::{DPose3, DQuat};
 use pulp::Simd;
@@ -16,14 +17,14 @@ pub(super) struct Pose<S: Simd> {
 }
 
 impl<S: Simd> Quaternion<S> {
-    /// The same in all lanes.
+    /// Returns the same rotation in all lanes.
     #[inline(always)]
     pub(super) fn broadcast(simd: S, of: DQuat) -> Self {
         let vector = Vector::broadcast(simd, glamx::DVec3::new(of.x, of.y, of.z));
         Self { vector, w: Lanes::broadcast(simd, of.w) }
     }
 
-    /// That of a rotation; see [`DQuat::from_mat3`].
+    /// Returns the quaternion of a rotation matrix; see [`DQuat::from_mat3`].
     #[inline(always)]
     pub(super) fn of(matrix: Matrix<S>) -> Self {
         let Matrix { x: a, y: b, z: c } = matrix;
@@ -48,7 +49,7 @@ impl<S: Simd> Quaternion<S> {
         }
     }
 
-    /// Of the same direction, with length 1.
+    /// Returns it scaled to length 1.
     #[inline(always)]
     pub(super) fn normalized(self) -> Self {
         let Self { vector: Vector { x, y, z }, w } = self;
@@ -56,13 +57,13 @@ impl<S: Simd> Quaternion<S> {
         Self { vector: Vector { x: x * inverse, y: y * inverse, z: z * inverse }, w: w * inverse }
     }
 
-    /// The turn back.
+    /// Returns the inverse rotation.
     #[inline(always)]
     pub(super) fn inverse(self) -> Self {
         Self { vector: -self.vector, w: self.w }
     }
 
-    /// This turn after another one.
+    /// Returns this rotation after another one.
     #[inline(always)]
     pub(super) fn after(self, other: Self) -> Self {
         let (Vector { x: x0, y: y0, z: z0 }, w0) = (self.vector, self.w);
@@ -79,7 +80,7 @@ impl<S: Simd> Quaternion<S> {
 }
 
 impl<S: Simd> Pose<S> {
-    /// The same in all lanes.
+    /// Returns the same pose in all lanes.
     #[inline(always)]
     pub(super) fn broadcast(simd: S, of: &DPose3) -> Self {
         Self {
@@ -88,7 +89,7 @@ impl<S: Simd> Pose<S> {
         }
     }
 
-    /// Of a frame in this one.
+    /// Returns the pose of a frame in this one.
     #[inline(always)]
     pub(super) fn after(self, other: Self) -> Self {
         Self {
@@ -97,14 +98,14 @@ impl<S: Simd> Pose<S> {
         }
     }
 
-    /// The other way.
+    /// Returns the inverse pose.
     #[inline(always)]
     pub(super) fn inverse(self) -> Self {
         let rotation = self.rotation.inverse();
         Self { rotation, translation: rotation.times(-self.translation) }
     }
 
-    /// A point of it.
+    /// Returns a point of this frame, in its parent.
     #[inline(always)]
     pub(super) fn point(self, point: Vector<S>) -> Vector<S> {
         self.rotation.times(point) + self.translation

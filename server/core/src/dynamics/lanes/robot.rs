@@ -1,4 +1,4 @@
-//! Copies of one robot, and how a copy comes into the lanes and goes out.
+//! Copies of one robot, and how a copy enters and leaves the lanes.
 
 use std::sync::Arc;
 
@@ -21,18 +21,18 @@ use crate::dynamics::spatial::{Placement, Spatial};
 use crate::dynamics::tree::{JointType, Tree};
 use crate::dynamics::{Articulation, BodyState};
 
-/// What steps are like.
+/// Parameters of steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stepping {
     pub(super) gravity: DVec3,
-    /// Seconds of a part of a step.
+    /// Length of a part of a step, seconds.
     pub(super) h: f64,
     pub(super) parts: u32,
     pub(super) integrator: Integrator,
 }
 
-/// Copies of one robot, one a lane. They may have other masses, settings and targets, and bases elsewhere; they have the same
-/// geometry and the same modes of actuators.
+/// Copies of one robot, one in each lane. They have the same geometry and the same modes of actuators, but
+/// may differ in masses, settings, targets and base poses.
 #[derive(Debug)]
 pub struct LaneRobot<S: Simd> {
     pub(super) simd: S,
@@ -40,60 +40,61 @@ pub struct LaneRobot<S: Simd> {
     pub(super) stepping: Stepping,
     /// Minus gravity in the axes of each base.
     pub(super) base_acceleration: Vector<S>,
-    /// The first body that has a joint of one axis: what is by body is without meaning before it. 1 where the root is free.
+    /// First body with a joint of one axis; lists by body are undefined before it. 1 if the root is free.
     pub(super) first: usize,
-    /// Of each joint, whether its actuator has a setpoint, as far as a copy has said so.
+    /// Mode of each joint's actuator, as far as a copy has set it; it determines whether there is a setpoint.
     pub(super) modes: Vec<Option<Mode>>,
     pub(super) laws: Vec<Law<S>>,
     pub(super) states: Vec<State<S>>,
-    /// Where the root is, if it is free.
+    /// State of a free root.
     pub(super) root: Root<S>,
-    /// What leapfrog can go on from, by number.
+    /// Number of the [`History`] that leapfrog can continue from.
     pub(super) history: Lanes<S>,
-    /// The state before the last step.
+    /// State before the last step.
     before: (Vec<State<S>>, Root<S>, Lanes<S>),
     pub(super) bodies: Vec<Body<S>>,
-    /// By joint that is pushed, then by joint: M^-1 J' of a unit impulse.
+    /// M^-1 J' of a unit impulse, by joint of the impulse, then by joint.
     pub(super) responses: Vec<Lanes<S>>,
-    /// By joint that is pushed: the same of the root's velocities.
+    /// The root's velocities in these responses, by joint of the impulse.
     pub(super) root_responses: Vec<[Lanes<S>; 6]>,
-    /// The root's new velocities.
+    /// New velocities of the root.
     pub(super) root_new: [Lanes<S>; 6],
-    /// The velocities that the root's position is moved by.
+    /// Velocities that move the root's position.
     pub(super) root_way: [Lanes<S>; 6],
-    /// What the root and all that hangs on it resist with.
+    /// Factorised articulated inertia of the root.
     pub(super) factors: Ldlt6<Lanes<S>>,
     /// See [`Clearance`].
     pub(super) levers: Vec<Lanes<S>>,
-    /// How far points can still move before they can touch anything.
+    /// Distance that points can still move before they can touch anything.
     pub(super) clearance: LaneClearance<S>,
-    /// Contacts are looked for this far from what moves, metres, and twice what a part of a step moves it.
+    /// Distance from a moving robot within which contacts are looked for, metres, in addition to twice its
+    /// motion in a part of a step.
     pub(super) slack: f64,
-    /// What touches planes.
+    /// Contacts with planes.
     pub(super) feet: Feet<S>,
-    /// Whose inertias each lane has.
+    /// Tree whose inertias each lane has.
     tree_of_lanes: Vec<Option<Arc<Tree>>>,
-    /// 1 in lanes that have a copy.
+    /// 1 in lanes with a copy.
     pub(super) occupied: Lanes<S>,
-    /// 1 in lanes in which the last step is the one that the copy would have done.
+    /// 1 in lanes in which the last step equals the copy's own step.
     pub(super) is_done: Lanes<S>,
 }
 
-/// In the order of [`History`].
+/// Histories by number.
 const HISTORIES: [History; 5] =
     [History::Given, History::Interrupted, History::Kinked, History::Smooth, History::SmoothTwice];
 
-/// The number of a history.
+/// Returns the number of a history.
 pub(super) fn number(history: History) -> f64 {
     HISTORIES.iter().position(|known| *known == history).unwrap_or(0) as f64
 }
 
-/// The first body that has a joint of one axis, of a tree that lanes take: a free root comes before it.
+/// Returns the first body with a joint of one axis; a free root comes before it.
 fn first_joint(tree: &Tree) -> usize {
     usize::from(!tree.fixed_base)
 }
 
-/// Whether robots of such a tree can be in lanes.
+/// Returns whether robots of such a tree can be in lanes.
 pub fn fits_lanes(tree: &Tree) -> bool {
     let first = first_joint(tree);
     let (q, qd) = (tree.root_positions(), tree.root_velocities());
@@ -101,7 +102,7 @@ pub fn fits_lanes(tree: &Tree) -> bool {
         matches!(body.joint_type, JointType::Revolute | JointType::Prismatic)
             && (body.position, body.velocity) == (q + index, qd + index)
     };
-    // A single free body drifts in a way of its own.
+    // A single free body drifts in a different way.
     tree.mimics.is_empty()
         && tree.bodies.len() > first
         && tree.bodies[..first].iter().all(|root| matches!(root.joint_type, JointType::Free { .. }))
@@ -109,7 +110,7 @@ pub fn fits_lanes(tree: &Tree) -> bool {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Lanes without copies, for steps of so many equal parts of `h` seconds.
+    /// Creates lanes without copies, for steps of `parts` equal parts of `h` seconds.
     pub fn new(
         simd: S,
         tree: &Arc<Tree>,
@@ -147,7 +148,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Bytes that it takes, all lanes together.
+    /// Returns the bytes of all lanes together.
     pub fn bytes(&self) -> usize {
         let Self { modes, laws, states, before, bodies, responses, root_responses, levers, feet, .. } = self;
         size_of::<Self>()
@@ -162,7 +163,7 @@ impl<S: Simd> LaneRobot<S> {
             + feet.bytes()
     }
 
-    /// Takes a copy into a lane. False where its next step is none that lanes do; then the lane is empty.
+    /// Copies a robot into a lane. Returns false if lanes cannot do its next step; the lane is then empty.
     pub fn take(&mut self, lane: usize, robot: &Articulation) -> bool {
         self.occupied.set(lane, 0.0);
         let (state, tree) = (robot.state(), robot.tree());
@@ -179,7 +180,7 @@ impl<S: Simd> LaneRobot<S> {
         }
         for (known, axis) in self.modes[self.first..].iter_mut().zip(of_joints) {
             let mode = axis.actuator.mode;
-            // One that is alone in the lanes, or the first, says how its joints are driven.
+            // The first copy determines the modes of its joints.
             if has_setpoint(*known.get_or_insert(mode)) != has_setpoint(mode) {
                 return false;
             }
@@ -197,8 +198,8 @@ impl<S: Simd> LaneRobot<S> {
         true
     }
 
-    /// Says how far any point of a copy can move before it can touch something. A step is none of lanes where contacts would be
-    /// looked for farther away than that.
+    /// Sets how far any point of a copy can move before it can touch something. Lanes do not do a step in
+    /// which contacts would be looked for farther away.
     pub fn set_clearance(&mut self, lane: usize, clearance: &Clearance) {
         self.slack = clearance.slack;
         self.clearance.around.set(lane, clearance.around);
@@ -206,14 +207,14 @@ impl<S: Simd> LaneRobot<S> {
         self.levers.iter_mut().zip(&clearance.levers).for_each(|(slot, lever)| slot.set(lane, *lever));
     }
 
-    /// Where positions and velocities of joints begin.
+    /// Returns the first position and the first velocity of joints.
     fn first_of_joints(&self) -> (usize, usize) {
         (self.tree.root_positions(), self.tree.root_velocities())
     }
 
-    /// Takes targets and state of a copy that is in a lane.
+    /// Copies targets and state of a copy in a lane.
     fn take_state(&mut self, lane: usize, from: &BodyState) {
-        // All of it, so that what comes to be state is thought of here.
+        // All fields are listed, so that new state is not forgotten here.
         let BodyState {
             base: _,
             positions,
@@ -264,8 +265,8 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Gives a joint of a copy another number of the target that it has, which is of this mode: what
-    /// [`Articulation::set_actuator`] does where nothing but the number changes.
+    /// Sets the target value of a copy's joint, for a target of this mode: as [`Articulation::set_actuator`]
+    /// does if only the value changes.
     pub fn set_target(&mut self, lane: usize, body: usize, mode: Mode, value: f64) {
         if self.laws[body].set_target(lane, mode, value) {
             let most = number(mode.history_after(mode));
@@ -277,34 +278,34 @@ impl<S: Simd> LaneRobot<S> {
         HISTORIES[(self.history.get(lane) as usize).min(HISTORIES.len() - 1)]
     }
 
-    /// Frees a lane of its copy.
+    /// Removes the copy from a lane.
     pub fn release(&mut self, lane: usize) {
         self.occupied.set(lane, 0.0);
     }
 
-    /// Whether a lane has a copy.
+    /// Returns whether a lane has a copy.
     pub fn has(&self, lane: usize) -> bool {
         self.occupied.get(lane) == 1.0
     }
 
-    /// Whether the last step of a lane is the one that its copy would have done. Where it is not, the copy is as it was before:
-    /// it has to be given back, to do the step by itself.
+    /// Returns whether the last step of a lane equals its copy's own step. If not, the copy is unchanged: it
+    /// must be given back, to do the step alone.
     pub fn has_stepped(&self, lane: usize) -> bool {
         self.is_done.get(lane) == 1.0
     }
 
-    /// How many copies have done the last step.
+    /// Returns the number of copies that have done the last step.
     pub fn stepped(&self) -> usize {
         (0..S::F64_LANES).filter(|lane| self.has(*lane) && self.has_stepped(*lane)).count()
     }
 
-    /// Position and velocity of the joint of a body of a copy.
+    /// Returns position and velocity of the joint of a body of a copy.
     pub fn axis_state(&self, lane: usize, body: usize) -> (f64, f64) {
         let State { position, velocity, .. } = &self.states[body];
         (position.get(lane), velocity.get(lane))
     }
 
-    /// Writes positions and velocities of the joints of a copy, and what their actuators applied.
+    /// Writes positions and velocities of the joints of a copy, and the efforts that their actuators applied.
     pub fn write_joints(&self, lane: usize, [positions, velocities, efforts]: [&mut [f64]; 3]) {
         let joints = self.states[self.first..].iter().zip(positions).zip(velocities).zip(efforts);
         for (((state, position), velocity), effort) in joints {
@@ -314,7 +315,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Writes the state of the copy in a lane into its robot, and the targets that it was given there.
+    /// Writes the state of the copy in a lane to its robot, and the targets that it was given there.
     pub fn give_back(&self, lane: usize, robot: &mut Articulation) {
         let into = robot.state_mut();
         into.history = self.history_of(lane);
@@ -353,7 +354,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Keeps the state, for lanes whose step is not done.
+    /// Saves the state, for lanes that do not complete the step.
     pub(super) fn begin(&mut self) {
         self.before.0.copy_from_slice(&self.states);
         if self.first > 0 {
@@ -363,7 +364,7 @@ impl<S: Simd> LaneRobot<S> {
         self.feet.begin();
     }
 
-    /// Puts lanes whose step is not done back to where they were.
+    /// Restores lanes that have not completed the step.
     pub(super) fn put_back(&mut self) {
         for lane in (0..S::F64_LANES).filter(|lane| self.is_done.get(*lane) == 0.0) {
             self.history.set(lane, self.before.2.get(lane));

@@ -1,6 +1,7 @@
-//! A root that is free: where it is, and what forces and impulses make of its velocities.
+//! Free root in lanes: its pose, and the effects of forces and impulses on its velocities.
 //!
-//! It is the first body of its tree, and as such among the bodies of [`LaneRobot`]; its joint has six velocities, which are here.
+//! It is the first body of its tree, and as such among the bodies of [`LaneRobot`]. Its joint has six
+//! velocities, which are here.
 
 use glamx::{DPose3, DQuat, DVec3};
 use pulp::Simd;
@@ -15,7 +16,8 @@ use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _
 use crate::dynamics::tree::JointType;
 
 impl<S: Simd> LaneRobot<S> {
-    /// Where a free root of a copy is, `world_from_root`, and its linear and angular velocity, world axes. `None` of a fixed one.
+    /// Returns the pose of a copy's free root, `world_from_root`, and its linear and angular velocity, world
+    /// axes. `None` for a fixed one.
     pub fn root(&self, lane: usize) -> Option<(DPose3, DVec3, DVec3)> {
         if self.first == 0 {
             return None;
@@ -28,7 +30,7 @@ impl<S: Simd> LaneRobot<S> {
         Some((pose, DVec3::new(qd[0], qd[1], qd[2]), angular))
     }
 
-    /// Where the root is and how it moves.
+    /// Computes the pose and the velocity of the root.
     #[inline(always)]
     pub(super) fn update_root_pose(&mut self) {
         let (rotation, origin) = self.at_zero(0);
@@ -45,7 +47,8 @@ impl<S: Simd> LaneRobot<S> {
         at.velocity_product = at.velocity.cross_motion(own);
     }
 
-    /// The root's acceleration, and the new velocities of some lanes. `base` is how the base is accelerated.
+    /// Computes the root's acceleration, and the new velocities of some lanes. `base` is the base's
+    /// acceleration.
     #[inline(always)]
     pub(super) fn accelerate_root(&mut self, base: Spatial<S>, going: Mask<S>) {
         let h = self.occupied.splat(self.stepping.h);
@@ -55,7 +58,7 @@ impl<S: Simd> LaneRobot<S> {
         let own = at.acceleration - carried;
         let (linear_change, angular_change) = self.root_velocities(own);
         let (linear, angular) = parts(&self.root.velocities);
-        // As in the one-robot step: the linear velocity is kept in axes that do not turn with the body.
+        // As in the one-robot step: the linear velocity is in axes that do not turn with the body.
         let linear_change = linear_change + self.root.rotation().times(angular).cross(linear);
         let (linear, angular) = parts(&self.root.half_velocities);
         let (linear, angular) = (linear + linear_change * h, angular + angular_change * h);
@@ -65,19 +68,21 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// What a force on the root, about its origin, changes its velocities by. The root's body then moves by that.
+    /// Returns the change of the root's velocities by a force on it, about its origin, and stores the body's
+    /// motion.
     #[inline(always)]
     pub(super) fn push_root(&mut self, force: Spatial<S>) -> [Lanes<S>; 6] {
         let delta = self.factors.solve(force);
         self.bodies[0].delta = delta;
-        // By matrices, as in `constraint/multi_rhs.rs`: another order has other bits.
+        // By matrices, as in `constraint/multi_rhs.rs`: another order would give other bits.
         let own_from_base = self.bodies[0].rotation.transposed();
         let linear = self.root.rotation().matrix().after(own_from_base).times(delta.linear);
         let angular = own_from_base.times(delta.angular);
         [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
     }
 
-    /// A motion of the root in the base's axes as velocities: linear in the base's axes, angular in its own.
+    /// Returns a motion of the root in the base's axes as velocities: linear in the base's axes, angular in
+    /// its own.
     #[inline(always)]
     pub(super) fn root_velocities(&self, motion: Spatial<S>) -> (Vector<S>, Vector<S>) {
         let own_from_base = self.bodies[0].rotation.transposed();
@@ -85,7 +90,8 @@ impl<S: Simd> LaneRobot<S> {
         (linear, own_from_base.times(motion.angular))
     }
 
-    /// Moves the root on with its new velocities, in lanes whose last step and this one are smooth, or also the one before.
+    /// Integrates the root with its new velocities. The masks are the lanes whose last step and this one are
+    /// smooth, and those in which the one before is smooth too.
     #[inline(always)]
     pub(super) fn finish_root(&mut self, kinked: Mask<S>, is_smooth: Mask<S>, is_twice: Mask<S>) {
         let zero = self.occupied.splat(0.0);
@@ -98,13 +104,14 @@ impl<S: Simd> LaneRobot<S> {
             root.changes_before[k] = root.changes[k];
             root.changes[k] = new - root.half_velocities[k];
             root.half_velocities[k] = new;
-            // No spring and no damper: what is reported is that of `Implicitness::MEAN`.
+            // Without springs and dampers, the reported velocity follows `Implicitness::MEAN`.
             let drift = is_twice.select(root.changes[k] - root.changes_before[k], zero);
             let ahead = half * (root.changes[k] + half * drift);
             let end = new + (is_smooth | is_twice).select(ahead, zero);
             root.velocities[k] = if is_leapfrog { kinked.select(new, end) } else { new };
         }
-        // Turns take sines and a root, by the function that the one-robot step uses: another one would have other bits.
+        // Rotations take sines and a square root, by the function of the one-robot step: another one would
+        // give other bits.
         let joint_type = JointType::Free { slot: 0 };
         for lane in (0..S::F64_LANES).filter(|lane| self.occupied.get(*lane) == 1.0) {
             let (mut q, mut qd) = ([0.0; 7], [0.0; 6]);

@@ -1,5 +1,5 @@
-//! Limits and dry friction of joints, as [`constraint`](crate::dynamics::constraint) has them for one copy: projected
-//! Gauss-Seidel, in which a lane does as many sweeps as its copy would.
+//! Limits and dry friction of joints, as [`constraint`](crate::dynamics::constraint) has them for one copy.
+//! Projected Gauss-Seidel does as many sweeps in a lane as for its copy alone.
 
 use pulp::Simd;
 
@@ -15,11 +15,11 @@ pub(super) const FRICTION: usize = 0;
 const LOWER: usize = 1;
 pub(super) const UPPER: usize = 2;
 
-/// In the order of solving: dry friction of all joints, then both limits of each.
+/// Rows in the order of solving: dry friction of all joints, then both limits of each.
 pub(super) const ORDER: [&[usize]; 2] = [&[FRICTION], &[LOWER, UPPER]];
 
 impl<S: Simd> LaneRobot<S> {
-    /// Finds the rows of the step. Whether there are any.
+    /// Collects the rows of the step. Returns whether there are any.
     #[inline(always)]
     pub(super) fn collect_rows(&mut self, taken: Mask<S>) -> bool {
         let zero = self.occupied.splat(0.0);
@@ -44,7 +44,7 @@ impl<S: Simd> LaneRobot<S> {
             ] {
                 let is_near = distance.lt(reach) & taken;
                 if !is_near.any() {
-                    // Two divisions less.
+                    // Saves two divisions.
                     at.rows[side] = Row { is_there: zero, bias: zero, impulse: zero };
                     continue;
                 }
@@ -60,7 +60,8 @@ impl<S: Simd> LaneRobot<S> {
         any.any()
     }
 
-    /// Changes the new velocities of some lanes until every row holds, or the sweeps are used up.
+    /// Changes the new velocities of some lanes until every row holds, or the maximum number of sweeps is
+    /// reached.
     #[inline(always)]
     pub(super) fn solve_rows(&mut self, going: Mask<S>) {
         let zero = self.occupied.splat(0.0);
@@ -97,7 +98,8 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Has limits start from nothing where what they had is of another round; see [`solve`](crate::dynamics::constraint::solve).
+    /// Clears initial impulses of limits that come from another round; see
+    /// [`solve`](crate::dynamics::constraint::solve).
     #[inline(always)]
     fn drop_useless_starts(&mut self, going: Mask<S>) {
         let zero = self.occupied.splat(0.0);
@@ -120,7 +122,7 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Gives a row the impulse that it starts from.
+    /// Applies the initial impulse of a row.
     #[inline(always)]
     fn start_row(&mut self, joint: usize, kind: usize, going: Mask<S>) {
         let zero = self.occupied.splat(0.0);
@@ -136,7 +138,8 @@ impl<S: Simd> LaneRobot<S> {
         self.push(joint, kind, impulse, is_there & acts);
     }
 
-    /// Gives a row the impulse that makes its velocity right. The largest change of a row's own velocity so far.
+    /// Applies the impulse that corrects a row's velocity. Returns the largest change of a row's own velocity
+    /// so far.
     #[inline(always)]
     fn sweep_row(&mut self, joint: usize, kind: usize, sweeping: Mask<S>, largest: Lanes<S>) -> Lanes<S> {
         let zero = self.occupied.splat(0.0);
@@ -162,7 +165,7 @@ impl<S: Simd> LaneRobot<S> {
         moves.select(largest.max((change * effect).abs()), largest)
     }
 
-    /// Gives the new velocities of some lanes an impulse of a row.
+    /// Applies a row's impulse to the new velocities of some lanes.
     #[inline(always)]
     fn push(&mut self, joint: usize, kind: usize, impulse: Lanes<S>, lanes: Mask<S>) {
         let n = self.bodies.len();
@@ -178,8 +181,8 @@ impl<S: Simd> LaneRobot<S> {
         }
     }
 
-    /// Keeps the impulses of some lanes for the next step. Where a limit or dry friction has begun or ended to hold, or has turned
-    /// round, or where a limit stops a joint.
+    /// Stores the impulses of some lanes for the next step. Returns the lanes in which a limit or dry
+    /// friction has begun or ceased to hold, friction has reversed, or a limit stops a joint.
     #[inline(always)]
     pub(super) fn keep_rows(&mut self, going: Mask<S>) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -203,7 +206,7 @@ impl<S: Simd> LaneRobot<S> {
     }
 }
 
-/// Which way dry friction of at most so much slips: 0 where it holds.
+/// Returns the direction in which dry friction slips, given its largest impulse: 0 if it holds.
 #[inline(always)]
 fn way<S: Simd>(impulse: Lanes<S>, most: Lanes<S>) -> Lanes<S> {
     let zero = impulse.splat(0.0);

@@ -1,8 +1,8 @@
 //! Sweeps over the contacts of single bodies, several contacts at once.
 //!
-//! Contacts that have no body in common can be solved at the same time. Each comes after those before it that have a body in
-//! common with it, and so finds the velocities that it would find if they were solved one after the other: the bits are those of
-//! [`ContactRows::solve`], of all that is finite. So it is with [`Momentum`] between sweeps.
+//! Contacts that share no body can be solved at the same time. Each comes after the earlier contacts that
+//! share a body with it. It therefore finds the velocities of the serial order, and has the bits of
+//! [`ContactRows::solve`] for all finite numbers. The same holds for [`Momentum`] between sweeps.
 
 mod batches;
 mod correction;
@@ -21,48 +21,49 @@ use crate::dynamics::constraint::momentum::Momentum;
 use crate::dynamics::real::{MaskOf as _, Real as _};
 use crate::dynamics::tree::SingleBody;
 
-/// Velocities of a body.
+/// Number of velocities of a body.
 const SIX: usize = 6;
 
-/// Of the widest vectors.
+/// Number of lanes of the widest vectors.
 const MOST_LANES: usize = 8;
 
-/// With fewer contacts the batches would be hardly filled.
+/// Minimum number of contacts; fewer would hardly fill the batches.
 const LEAST: usize = 32;
 
-/// The memory of it.
+/// Memory of the sweeps.
 #[derive(Debug, Default)]
 pub struct SingleBodies {
-    /// In the order of their velocities.
+    /// Bodies in the order of their velocities.
     bodies: Vec<SingleBody>,
     batches: Batches,
-    /// Of each batch: each number in all lanes.
+    /// Numbers of each batch: each number in all lanes.
     numbers: Vec<f64>,
-    /// What the numbers are of.
+    /// Contents of the numbers.
     loaded: Loaded,
-    /// Of each lane of each batch: the velocity and the impulse of position correction.
+    /// Velocity and impulse of position correction, for each lane of each batch.
     split: Vec<f64>,
 }
 
-/// What the batches have numbers of.
+/// Contents of the batches' numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Loaded {
-    /// None of the contacts that there are.
+    /// No present contacts.
     #[default]
     Nothing,
-    /// Contacts of bodies that resist turning alike about any axis.
+    /// Contacts of bodies with equal resistance to turning about any axis.
     Alike,
-    /// Contacts of others.
+    /// Contacts of other bodies.
     Any,
 }
 
 impl SingleBodies {
-    /// Forgets contacts: there are others.
+    /// Discards the contacts: there are others.
     pub fn begin(&mut self) {
         self.loaded = Loaded::Nothing;
     }
 
-    /// Whether all robots are single bodies whose frames are at their centres of mass; it takes what they resist with.
+    /// Returns whether all robots are single bodies whose frames are at their centres of mass; stores their
+    /// inertias.
     pub fn take(&mut self, bodies: impl Iterator<Item = Option<SingleBody>>) -> bool {
         self.begin();
         self.bodies.clear();
@@ -75,9 +76,11 @@ impl SingleBodies {
         true
     }
 
-    /// Sweeps over contacts of the bodies that were taken, with momentum that has begun, `most` times at the most, until no impulse
-    /// changes its own velocity by more than `settled`, m/s. `None`, and nothing is done, where several contacts at once are not worth
-    /// it, or J or M^-1 J' is not that of the bodies alone; false where it was interrupted.
+    /// Sweeps over contacts of the taken bodies, with momentum that has begun. It ends after `most` sweeps,
+    /// or when no impulse changes its own velocity by more than `settled`, m/s.
+    ///
+    /// Returns `None`, and does nothing, if solving several contacts at once does not pay off. The same holds
+    /// if J or M^-1 J' depends on more than the bodies. Returns false if interrupted.
     pub fn sweep(
         &mut self,
         (rows, blocks): (&mut [ContactRows], &[f64]),
@@ -128,12 +131,12 @@ impl WithSimd for Sweeps<'_> {
 }
 
 impl Sweeps<'_> {
-    /// Once numbers are loaded.
+    /// Sweeps, once numbers are loaded.
     #[inline(always)]
     fn sweep<S: Simd, const ALIKE: bool>(self, simd: S) -> bool {
         let Self { memory, rows, velocities, momentum, most, settled, interrupt, .. } = self;
         let SingleBodies { batches, numbers, .. } = memory;
-        // Of what cannot move.
+        // Velocities of immovable bodies.
         let moving = velocities.len();
         velocities.resize(moving + SIX, 0.0);
         let mut is_whole = true;
@@ -163,13 +166,14 @@ impl Sweeps<'_> {
     }
 }
 
-/// Whether it resists turning alike about any axis.
+/// Returns whether its resistance to turning is equal about any axis.
 fn is_alike(body: &SingleBody) -> bool {
     let moment = body.inverse_moment;
     moment == DMat3::from_diagonal(DVec3::splat(moment.x_axis.x))
 }
 
-/// [`ContactRows::solve`] of a contact a lane, once its impulse is taken on by a part. The largest change of a velocity, m/s.
+/// [`ContactRows::solve`] for a contact in each lane, after its impulse is extrapolated by a part. Returns
+/// the largest change of a velocity, m/s.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "reads as the rows do")]
 fn solve<S: Simd, const ALIKE: bool>(
@@ -246,7 +250,7 @@ fn solve<S: Simd, const ALIKE: bool>(
             let (mut n, mut t, mut u) = (number.get(at), number.get(at + 3), number.get(at + 6));
             if ALIKE {
                 let turn = number.get(first + Layout::<ALIKE>::TURNS);
-                // The product with a matrix has sums, by which -0 becomes 0.
+                // The product with a matrix has sums, which turn -0 into 0.
                 (n, t, u) = (n * turn + zero, t * turn + zero, u * turn + zero);
             }
             own[3 + i] = moves.select(own[3 + i] + (n * dn + t * dt + u * du), own[3 + i]);
@@ -259,7 +263,7 @@ fn solve<S: Simd, const ALIKE: bool>(
     moves.select(largest, zero)
 }
 
-/// The velocities of a side's bodies.
+/// Reads the velocities of a side's bodies.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "lane by lane")]
 fn gather<S: Simd>(own: &mut [Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &[f64]) {
@@ -276,7 +280,7 @@ fn gather<S: Simd>(own: &mut [Lanes<S>; SIX], sides: &[[usize; 2]], side: usize,
     }
 }
 
-/// Gives a side's bodies their velocities.
+/// Writes the velocities of a side's bodies.
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "lane by lane")]
 fn scatter<S: Simd>(own: &[Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &mut [f64]) {

@@ -1,4 +1,4 @@
-//! The step of all lanes.
+//! Step of all lanes.
 
 use pulp::{Simd, WithSimd};
 
@@ -23,8 +23,9 @@ impl<S: Simd> WithSimd for Step<'_, S> {
 }
 
 impl<S: Simd> LaneRobot<S> {
-    /// Advances all copies by a step in which they touch nothing, or planes with their feet, or what they were given contacts with.
-    /// [`has_stepped`](Self::has_stepped) says which have done it; the others are left as they were.
+    /// Advances all copies by a step in which they touch nothing, or only planes with their feet, or the
+    /// given contacts. [`has_stepped`](Self::has_stepped) returns which have done it; the others are
+    /// unchanged.
     pub fn step(&mut self) {
         if self.occupied.all().iter().any(|taken| *taken > 0.0) {
             let simd = self.simd;
@@ -52,13 +53,15 @@ impl<S: Simd> LaneRobot<S> {
                 & state.setpoint.is_usable();
         }
         self.is_done = is_done.numbers();
-        // Lanes without a copy too: what they compute has no end, and numbers that are not finite take long.
+        // Also in lanes without a copy: their numbers grow without end, and arithmetic with infinite ones is
+        // slow.
         if (!is_done).any() {
             self.put_back();
         }
     }
 
-    /// One of the equal parts of a step. In which lanes it is what the copy would have done.
+    /// Does one of the equal parts of a step. Returns the lanes whose result is valid: equal to the copy's
+    /// own step.
     #[inline(always)]
     fn do_part(&mut self, taken: Mask<S>, begins: bool) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -83,7 +86,7 @@ impl<S: Simd> LaneRobot<S> {
             self.accelerate(going);
             if round == 0 {
                 has_rows = self.collect_rows(taken);
-                // What touches with velocities that are not finite is solved by itself.
+                // A copy that touches with velocities that are not finite is solved alone.
                 is_done = is_done & (!touching | self.new_velocities_are_finite());
             }
             let clear = going & !touching;
@@ -97,7 +100,7 @@ impl<S: Simd> LaneRobot<S> {
             if is_leapfrog && self.first > 0 && clear.any() {
                 disturbed = disturbed | (clear & self.is_disturbed());
             }
-            // With feet that touch they are those of all rounds together.
+            // With touching feet, the rows include all rounds.
             kinked = kinked | self.keep_rows(clear);
             going = self.saturate(going, round, &mut weakened);
             kinked = kinked | going;
@@ -115,7 +118,8 @@ impl<S: Simd> LaneRobot<S> {
         if is_leapfrog { is_done & !is_fast & !disturbed } else { is_done }
     }
 
-    /// Where velocity terms at the extrapolated velocities would move momentum; see [`Articulation::solve_alone`].
+    /// Returns the lanes in which velocity terms at the extrapolated velocities would change momentum; see
+    /// [`Articulation::solve_alone`].
     ///
     /// [`Articulation::solve_alone`]: crate::dynamics::Articulation::solve_alone
     #[inline(always)]
@@ -132,7 +136,7 @@ impl<S: Simd> LaneRobot<S> {
         errors.disturb()
     }
 
-    /// Where the new velocities are finite.
+    /// Returns the lanes in which the new velocities are finite.
     #[inline(always)]
     fn new_velocities_are_finite(&self) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -148,7 +152,8 @@ impl<S: Simd> LaneRobot<S> {
         are_finite
     }
 
-    /// Where no contact would be found: all that could touch is farther away than contacts are looked for.
+    /// Returns the lanes in which no contact would be found: all obstacles are farther away than contacts are
+    /// looked for.
     #[inline(always)]
     fn meets_nothing(&self) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
@@ -163,7 +168,7 @@ impl<S: Simd> LaneRobot<S> {
         ahead.lt(self.clearance.around) & ahead.lt(self.clearance.own)
     }
 
-    /// Moves on with the new velocities.
+    /// Integrates with the new velocities.
     #[inline(always)]
     fn finish(&mut self, kinked: Mask<S>) {
         let zero = self.occupied.splat(0.0);

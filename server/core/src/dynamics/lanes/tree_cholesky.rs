@@ -1,4 +1,4 @@
-//! L' D L of a symmetric matrix along the tree of a robot's velocities, of all copies: what
+//! L' D L of a symmetric matrix along the tree of a robot's velocities, for all copies, as
 //! [`BlockCholesky`](crate::dynamics::block_cholesky) does with a single node.
 
 use pulp::Simd;
@@ -11,8 +11,8 @@ use crate::dynamics::tree::Tree;
 /// The matrix, then its factors.
 #[derive(Debug)]
 pub(super) struct TreeCholesky<S: Simd> {
-    /// Row by row: of each the columns of its ancestors, from the root on, then the diagonal. Nothing else is read of the matrix, and so
-    /// few numbers stay near the processor.
+    /// Matrix row by row: the columns of the row's ancestors, from the root on, then the diagonal. Nothing
+    /// else of the matrix is read, and so few numbers stay in the cache.
     pub(super) values: Vec<Lanes<S>>,
     inverse_diagonal: Vec<Lanes<S>>,
     pub(super) rows: Vec<TreeRow>,
@@ -21,21 +21,21 @@ pub(super) struct TreeCholesky<S: Simd> {
 /// A row of the matrix.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TreeRow {
-    /// Where its values begin.
+    /// Offset of its values.
     pub(super) at: usize,
-    /// From the root on.
+    /// Ancestors from the root on.
     pub(super) ancestors: Vec<usize>,
-    /// The same in runs, from its parent on: the first one, how many, and where they are among its values.
+    /// Ancestors in runs, from its parent on: the first one, the number, and the offset among its values.
     runs: Vec<(usize, usize, usize)>,
 }
 
 impl<S: Simd> TreeCholesky<S> {
-    /// One of so many rows, whose tree is to be [set](Self::set_tree).
+    /// Creates a matrix of `size` rows, whose tree must be [set](Self::set_tree).
     pub(super) fn new(zero: Lanes<S>, size: usize) -> Self {
         Self { values: Vec::new(), inverse_diagonal: vec![zero; size], rows: Vec::new() }
     }
 
-    /// Takes the tree. How many values there are.
+    /// Sets the tree. Returns the number of values.
     pub(super) fn set_tree(&mut self, zero: Lanes<S>, tree: &Tree) -> usize {
         let parents: Vec<Option<usize>> = tree.velocity_parents().collect();
         let mut heads: Vec<usize> = Vec::new();
@@ -64,7 +64,7 @@ impl<S: Simd> TreeCholesky<S> {
         at
     }
 
-    /// Bytes on the heap.
+    /// Returns the bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         let of_row = |row: &TreeRow| {
             size_of::<TreeRow>() + size_of_val(&row.ancestors[..]) + size_of_val(&row.runs[..])
@@ -74,7 +74,7 @@ impl<S: Simd> TreeCholesky<S> {
             + self.rows.iter().map(of_row).sum::<usize>()
     }
 
-    /// Replaces the matrix by its factors. Where it is positive definite.
+    /// Replaces the matrix by its factors. Returns the lanes in which it is positive definite.
     #[inline(always)]
     pub(super) fn factorise(&mut self) -> Mask<S> {
         let Self { values, inverse_diagonal, rows } = self;

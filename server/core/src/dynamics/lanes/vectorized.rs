@@ -1,11 +1,12 @@
-//! Which vectors lanes are those of.
+//! Choice of the vectors for lanes.
 //!
-//! One lane is none: a robot that steps alone steps faster by the one-robot step, which has the same bits. So the code of lanes is not
-//! compiled for [`pulp::Scalar`], but by tests.
+//! A single lane is not used: a robot that steps alone is faster in the one-robot step, which has the same
+//! bits. Only tests compile the code of lanes for [`pulp::Scalar`].
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Does work with the widest vectors that the processor has, of at most so many numbers. Gives it back where it has none.
+/// Runs work with the widest vectors of the processor that have at most `most` numbers. Returns the work as
+/// an error if there are none.
 #[inline(always)]
 pub fn vectorized<W: WithSimd>(most: usize, work: W) -> Result<W::Output, W> {
     match Arch::new() {

@@ -1,4 +1,4 @@
-//! Vectors and matrices over lanes, and what [`spatial`], [`symmetric`] and [`inertia`] are over them.
+//! Vectors and matrices over lanes, and [`spatial`], [`symmetric`] and [`inertia`] over them.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -37,7 +37,7 @@ pub(crate) struct Matrix<S: Simd> {
 impl<S: Simd> Vector<S> {
     #[inline(always)]
     pub(super) fn broadcast(simd: S, value: DVec3) -> Self {
-        // No closure: what is not inlined is compiled for any processor.
+        // No closure: code that is not inlined is compiled for any processor.
         Self {
             x: Lanes::broadcast(simd, value.x),
             y: Lanes::broadcast(simd, value.y),
@@ -56,7 +56,7 @@ impl<S: Simd> Vector<S> {
         self.dot(self).sqrt()
     }
 
-    /// Of one lane.
+    /// Returns the vector of one lane.
     #[inline(always)]
     pub(super) fn get(&self, lane: usize) -> DVec3 {
         DVec3::new(self.x.get(lane), self.y.get(lane), self.z.get(lane))

@@ -1,43 +1,44 @@
-//! Which contacts are solved at the same time, and where their numbers are.
+//! Batches of contacts that are solved at the same time, and the layout of their numbers.
 
 use super::SIX;
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::tree::SingleBody;
 
-/// Contacts that are solved at the same time. All of their bodies are different ones.
+/// Contacts that are solved at the same time. All of their bodies are different.
 #[derive(Debug, Default)]
 pub(super) struct Batches {
-    /// In each lane of each batch: where the velocities of both sides begin.
+    /// First velocities of both sides, for each lane of each batch.
     pub(super) sides: Vec<[usize; 2]>,
-    /// In each lane: the contact's rows; `None` where the batch is not full.
+    /// Rows of the contact in each lane; `None` if the batch is not full.
     rows: Vec<Option<usize>>,
-    /// Of each batch: how many contacts it has.
+    /// Number of contacts of each batch.
     counts: Vec<usize>,
-    /// Of each batch: itself where it has room, else one on the way to the next that has.
+    /// For each batch: itself if it has room, else a batch on the way to the next one with room.
     room: Vec<usize>,
-    /// Of each body: the first batch after those that it is in.
+    /// First batch after those of each body.
     next: Vec<usize>,
 }
 
-/// Where the numbers of a contact are. A thousand contacts do not fit into the cache next to the processor, so that sweeps take as
-/// long as it takes to read them: what follows from other numbers is not among them.
+/// Layout of a contact's numbers. A thousand contacts do not fit into the cache nearest to the processor, so
+/// sweeps take as long as reading their numbers. Numbers that follow from others are therefore left out.
 ///
-/// First come the axes, against the first side and along the second. Of each side: the angular part of J, that of M^-1 J', and the
-/// inverse mass, negative on the first side. The angular part of M^-1 J' is that of J times one number where all bodies resist
-/// turning alike about any axis, as balls and cubes do.
+/// First come the axes, against the first side and along the second. For each side follow the angular part of
+/// J, the angular part of M^-1 J', and the inverse mass, negative on the first side. All bodies may have
+/// equal resistance to turning about any axis, as balls and cubes do. The angular part of M^-1 J' is then J's
+/// times one number.
 pub(super) struct Layout<const ALIKE: bool>;
 
 impl<const ALIKE: bool> Layout<ALIKE> {
     pub(super) const TURNS: usize = 9;
     pub(super) const MASS: usize = Self::TURNS + if ALIKE { 1 } else { 9 };
     const SIDE: usize = Self::MASS + 1;
-    /// The target, both drifts, compliance, friction, and the step against a slip.
+    /// Target, both drifts, compliance, friction, and the step against a slip.
     pub(super) const AIM: usize = 9 + 2 * Self::SIDE;
     /// nn, nt, nu, tt and uu.
     pub(super) const EFFECT: usize = Self::AIM + 6;
     pub(super) const INVERSE: usize = Self::EFFECT + 5;
     pub(super) const IMPULSE: usize = Self::INVERSE + 3;
-    /// Before the last sweep.
+    /// Impulses before the last sweep.
     pub(super) const BEFORE: usize = Self::IMPULSE + 3;
     pub(super) const COUNT: usize = Self::BEFORE + 3;
 
@@ -47,8 +48,8 @@ impl<const ALIKE: bool> Layout<ALIKE> {
 }
 
 impl Batches {
-    /// Puts each contact that acts into the first batch with room after those of earlier contacts of its bodies. False where batches
-    /// are not more than half full.
+    /// Puts each acting contact into the first batch with room after those of earlier contacts of its bodies.
+    /// Returns false if batches are not more than half full.
     pub(super) fn fill(&mut self, all: &[ContactRows], bodies: usize, width: usize) -> bool {
         let Self { sides, rows, counts, room, next } = self;
         sides.clear();
@@ -59,7 +60,7 @@ impl Batches {
         room.push(0);
         next.clear();
         next.resize(bodies, 0);
-        // A step takes no memory where contacts fill their batches less well than before.
+        // So that a step does not allocate if contacts fill their batches less well than before.
         let most = 2 * all.len() + width;
         sides.reserve(most);
         rows.reserve(most);
@@ -92,7 +93,8 @@ impl Batches {
         2 * acting > rows.len()
     }
 
-    /// Writes the numbers of all contacts. False where J and M^-1 J' are not those of the bodies.
+    /// Writes the numbers of all contacts. Returns false if J and M^-1 J' do not follow from the bodies
+    /// alone.
     pub(super) fn load<const ALIKE: bool>(
         &self,
         (rows, blocks): (&[ContactRows], &[f64]),
@@ -114,7 +116,7 @@ impl Batches {
                 };
                 let Some(rows) = index.map(|index| &rows[index]) else {
                     put(0, &[0.0; Layout::<false>::COUNT][..count]);
-                    // By this is divided.
+                    // It is a divisor.
                     put(Layout::<ALIKE>::EFFECT, &[1.0]);
                     continue;
                 };
@@ -163,7 +165,7 @@ impl Batches {
         true
     }
 
-    /// Writes the velocities of position correction, and no impulses.
+    /// Writes the velocities of position correction, and zero impulses.
     pub(super) fn load_split(&self, rows: &[ContactRows], width: usize, split: &mut Vec<f64>) {
         split.clear();
         split.reserve(2 * (2 * rows.len() + width));
@@ -175,7 +177,7 @@ impl Batches {
         }
     }
 
-    /// Gives the contacts their impulses.
+    /// Writes the contacts' impulses.
     pub(super) fn give_back<const ALIKE: bool>(
         &self,
         numbers: &[f64],
@@ -192,7 +194,7 @@ impl Batches {
     }
 }
 
-/// This batch, or the next one that has room. Halves the way for the next time.
+/// Returns this batch, or the next one with room. Halves the search path for the next time.
 fn with_room(room: &mut [usize], mut batch: usize) -> usize {
     while room[batch] != batch {
         room[batch] = room[room[batch]];

@@ -1,4 +1,5 @@
-//! Position correction of contacts, several at once: the bits are those of [`ContactRows::correct_position`], of all that is finite.
+//! Position correction of contacts, several at once, with the bits of [`ContactRows::correct_position`] for
+//! all finite numbers.
 
 use pulp::{Simd, WithSimd};
 
@@ -10,8 +11,9 @@ use crate::dynamics::lanes::vectorized::vectorized;
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl SingleBodies {
-    /// Sweeps so often over the contacts that were [swept](SingleBodies::sweep) last, and adds their split impulses to velocities that
-    /// begin at 0. False, and nothing is done, where they were not swept at once.
+    /// Does `sweeps` sweeps over the contacts that were [swept](SingleBodies::sweep) last, and adds their
+    /// split impulses to velocities that begin at 0. Returns false, and does nothing, if they were not swept
+    /// at once.
     pub fn correct(&mut self, rows: &[ContactRows], split_velocities: &mut Vec<f64>, sweeps: usize) -> bool {
         self.loaded != Loaded::Nothing
             && vectorized(usize::MAX, Corrects { memory: self, rows, split_velocities, sweeps }).is_ok()
@@ -47,7 +49,7 @@ impl Corrects<'_> {
         let width = S::F64_LANES;
         batches.load_split(rows, width, split);
         let moving = split_velocities.len();
-        // Of what cannot move.
+        // Velocities of immovable bodies.
         split_velocities.resize(moving + SIX, 0.0);
         for _ in 0..sweeps {
             let of_batches = numbers.chunks_exact(Layout::<ALIKE>::COUNT * width);
@@ -60,7 +62,7 @@ impl Corrects<'_> {
     }
 }
 
-/// [`ContactRows::correct_position`] of a contact a lane.
+/// [`ContactRows::correct_position`] for a contact in each lane.
 #[inline(always)]
 fn correct<S: Simd, const ALIKE: bool>(
     number: Numbers<'_, S>,
@@ -71,7 +73,7 @@ fn correct<S: Simd, const ALIKE: bool>(
     let simd = number.simd;
     let zero = Lanes::broadcast(simd, 0.0);
     let mut own = [[zero; SIX]; 2];
-    // Of even velocities and of odd ones.
+    // Sums of even and of odd velocities.
     let mut sums = [zero; 2];
     for (side, own) in own.iter_mut().enumerate() {
         gather(own, sides, side, velocities);

@@ -1,4 +1,4 @@
-//! Several contacts at once beside one after the other.
+//! Comparison of several contacts at once with one after the other.
 
 use glamx::DQuat;
 use pulp::Arch;
@@ -9,7 +9,7 @@ use crate::dynamics::constraint::side::Side;
 
 const BODIES: usize = 60;
 
-/// Marsaglia, "Xorshift RNGs" (2003).
+/// Random numbers: Marsaglia, "Xorshift RNGs" (2003).
 struct Random(u64);
 
 impl Random {
@@ -29,7 +29,7 @@ impl Random {
     }
 }
 
-/// Bodies that resist turning alike about any axis, or do not.
+/// Returns bodies whose resistance to turning is equal about any axis, or is not.
 fn bodies(random: &mut Random, alike: bool) -> Vec<SingleBody> {
     let body = |_| {
         let [x, y, z] = [0, 1, 2].map(|_| random.between(0.5, 20.0));
@@ -44,7 +44,7 @@ fn bodies(random: &mut Random, alike: bool) -> Vec<SingleBody> {
     (0..BODIES).map(body).collect()
 }
 
-/// Contacts between random bodies, or a body and what cannot move, of which some do not act.
+/// Returns contacts between random bodies, or with immovable ones; some do not act.
 fn contacts(random: &mut Random, bodies: &[SingleBody], count: usize) -> (Vec<ContactRows>, Vec<f64>) {
     let (mut all, mut blocks) = (Vec::new(), Vec::new());
     for contact in 0..count {
@@ -136,7 +136,7 @@ fn several_contacts_at_once_have_the_bits_of_one_after_the_other() {
     }
 }
 
-/// Lanes of the processor.
+/// Number of lanes of the processor.
 struct Width;
 
 impl WithSimd for Width {
