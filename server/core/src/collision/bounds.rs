@@ -1,4 +1,4 @@
-//! Boxes around colliders.
+//! Bounding boxes of colliders.
 
 use glamx::{DMat3, DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::BoundingVolume as _;
@@ -20,12 +20,12 @@ impl Default for Bounds {
 }
 
 impl Bounds {
-    /// Around a box, given by its middle and half lengths, and this far from it.
+    /// Returns the bounds of a box, given by its centre and half lengths, enlarged by a margin, metres.
     pub(super) fn of_box(of: [DVec3; 2], world_from_box: &DPose3, margin: f64) -> Self {
         Self::of_turned_box(of, DMat3::from_quat(world_from_box.rotation), world_from_box.translation, margin)
     }
 
-    /// The same of a box whose axes are these, in the world, and whose origin is there.
+    /// Returns the bounds of a box with these axes and origin in the world.
     #[inline]
     pub(super) fn of_turned_box([middle, half]: [DVec3; 2], axes: DMat3, origin: DVec3, margin: f64) -> Self {
         let DMat3 { x_axis, y_axis, z_axis } = axes;
@@ -34,15 +34,15 @@ impl Bounds {
         Self::about(origin + axes * middle, half)
     }
 
-    /// Around a point, so far along each axis.
+    /// Returns the box with this centre and these half lengths.
     pub(super) fn about(middle: DVec3, half: DVec3) -> Self {
         Self { least: middle - half, most: middle + half }
     }
 
-    /// Around a shape and this far from it.
+    /// Returns the bounds of a shape, enlarged by a margin, metres.
     pub(super) fn of(shape: &dyn Shape, world_from_shape: &DPose3, margin: f64) -> Self {
         if let Some(cylinder) = shape.as_cylinder() {
-            // parry would ask for the farthest point six times.
+            // parry would search for the farthest point six times.
             let axis = world_from_shape.rotation * DVec3::Y;
             let across = (DVec3::ONE - axis * axis).max(DVec3::ZERO).map(f64::sqrt);
             let half = axis.abs() * cylinder.half_height + across * cylinder.radius + DVec3::splat(margin);
@@ -65,7 +65,7 @@ impl Bounds {
         Self { least: aabb.mins, most: aabb.maxs }
     }
 
-    /// With so much more on each side.
+    /// Returns the box enlarged on each side.
     pub(super) fn loosened(&self, by: f64) -> Self {
         Self { least: self.least - DVec3::splat(by), most: self.most + DVec3::splat(by) }
     }
@@ -74,12 +74,12 @@ impl Bounds {
         Self { least: self.least.min(other.least), most: self.most.max(other.most) }
     }
 
-    /// How far apart the two are along the axis that shows it best; negative where they overlap.
+    /// Returns the largest gap between the two along any axis; negative if they overlap.
     pub(super) fn gap(&self, other: &Self) -> f64 {
         (other.least - self.most).max(self.least - other.most).max_element()
     }
 
-    /// Whether the two overlap.
+    /// Returns whether the two overlap.
     pub(super) fn meets(&self, other: &Self) -> bool {
         self.least.cmple(other.most).all() && other.least.cmple(self.most).all()
     }
@@ -92,7 +92,7 @@ mod tests {
 
     use super::*;
 
-    /// The box around a cone is that around its points, found along each axis.
+    /// The box around a cone equals the box around its points, found along each axis.
     #[test]
     fn a_box_around_a_cone_is_the_least() {
         let cone = Cone::new(0.4, 0.3);

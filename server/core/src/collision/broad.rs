@@ -1,5 +1,5 @@
-//! Which robots are near each other: of those that can move the bounds sorted along one axis, and swept; the others in a
-//! tree.
+//! Broad phase: pairs of robots near each other. The bounds of movable robots are sorted along one axis and
+//! swept; the others are in a tree.
 
 use pulp::Arch;
 
@@ -7,24 +7,25 @@ use super::RobotColliders;
 use super::bounds::Bounds;
 use super::still::Still;
 
-/// Finds robots whose bounds overlap. Keeps its memory from step to step, and no more.
+/// Finds robots whose bounds overlap. Reuses its memory, and keeps no other state.
 #[derive(Default)]
 pub struct BroadPhase {
     bounds: Vec<Entry>,
     pairs: Vec<[usize; 2]>,
-    /// Robots that cannot move, in order, and the tree of them. Made anew when one of them is elsewhere.
+    /// Immovable robots in order, and their tree. Rebuilt when one of them is moved.
     still: Vec<(usize, Bounds)>,
     tree: Still,
     near: Vec<usize>,
     sorted: Sorted,
 }
 
-/// Bounds that are compared at once.
+/// Number of bounds that are compared at once.
 const AT_ONCE: usize = 8;
 
-/// Bounds in the order of where they begin along an axis: the least and the most along that axis and the two others, one list each.
+/// Bounds in the order of their lower ends along an axis: lower and upper ends along that axis and the two
+/// others, one list each.
 ///
-/// After the last come some that overlap with nothing, not even with what has no end.
+/// Some sentinels follow the last one; they overlap with nothing, not even with infinite bounds.
 #[derive(Default)]
 struct Sorted {
     least: [Vec<f64>; 3],
@@ -45,7 +46,7 @@ impl Sorted {
         }
     }
 
-    /// Calls `found` with each one after the `i`th whose bounds overlap with its own.
+    /// Calls `found` with each one after the `i`th whose bounds overlap with the `i`th's.
     #[inline(always)]
     fn later(&self, i: usize, mut found: impl FnMut(usize)) {
         let ([a, b, c], [a_most, b_most, c_most]) = (&self.least, &self.most);
@@ -73,7 +74,7 @@ impl Sorted {
     }
 }
 
-/// So many numbers from an index on.
+/// Returns [`AT_ONCE`] numbers from an index on.
 #[inline(always)]
 fn eight(numbers: &[f64], at: usize) -> Option<&[f64; AT_ONCE]> {
     numbers.get(at..)?.first_chunk()
@@ -82,17 +83,17 @@ fn eight(numbers: &[f64], at: usize) -> Option<&[f64; AT_ONCE]> {
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     robot: usize,
-    /// It moves, and is not asleep.
+    /// Whether it moves, and is not asleep.
     awake: bool,
-    /// It may touch itself.
+    /// Whether it may touch itself.
     own: bool,
-    /// It is a ball, as large as its bounds.
+    /// Whether it is a ball, as large as its bounds.
     is_ball: bool,
     bounds: Bounds,
 }
 
 impl Entry {
-    /// Whether two whose bounds meet are balls that do not.
+    /// Returns whether two robots whose bounds meet are balls that do not.
     #[inline(always)]
     fn is_beside(&self, other: &Self) -> bool {
         let size = |bounds: &Bounds| bounds.most - bounds.least;
@@ -102,7 +103,7 @@ impl Entry {
     }
 }
 
-/// Balls whose distance is only by this part larger than their radii may touch.
+/// Relative tolerance: balls whose distance exceeds their radii by no more than this part may touch.
 const ROUNDING: f64 = 1e-9;
 
 impl std::fmt::Debug for BroadPhase {
@@ -112,13 +113,16 @@ impl std::fmt::Debug for BroadPhase {
 }
 
 impl BroadPhase {
-    /// Pairs of robots, the earlier first, in their order: those of which one is awake, and whose bounds overlap, but for two balls
-    /// that do not; and each one that is awake with itself, where it may touch itself. Robots come in their order, with their colliders
-    /// in place, and whether they are awake; those that take no part do not come. Where `others_stay`, those that cannot move are as
-    /// they were when this was last called, whether they come or not.
+    /// Returns pairs of robots in order, the earlier robot first. They are the pairs of which one robot is
+    /// awake and whose bounds overlap, except two balls that do not meet. An awake robot that may touch
+    /// itself forms a pair with itself.
     ///
-    /// Cohen, Lin, Manocha and Ponamgi, "I-COLLIDE" (1995): sweep and prune, along the axis on which
-    /// the robots are spread the most.
+    /// `robots` are in order, with their colliders in place, and whether they are awake; disabled robots are
+    /// left out. If `others_stay`, immovable robots are unchanged since the last call, whether they are
+    /// listed or not.
+    ///
+    /// Cohen, Lin, Manocha and Ponamgi, "I-COLLIDE" (1995): sweep and prune, along the axis with the largest
+    /// spread of robots.
     pub fn pairs<'a>(
         &mut self,
         robots: impl Iterator<Item = (usize, &'a RobotColliders, bool)>,
@@ -181,7 +185,7 @@ impl BroadPhase {
     }
 }
 
-/// The axis along which the middles of bounded robots vary the most.
+/// Returns the axis along which the centres of bounded robots vary most.
 fn widest_axis(entries: &[Entry]) -> usize {
     let (mut sum, mut squares, mut count) = ([0.0; 3], [0.0; 3], 0.0);
     for Entry { bounds, .. } in entries {
@@ -225,7 +229,7 @@ mod tests {
 
     #[test]
     fn sorted_bounds_find_what_overlaps_and_nothing_else() {
-        // Numbers that are as good as random, by the golden ratio.
+        // Quasi-random numbers by the golden ratio.
         let mut at = 0.0;
         let mut next = || {
             at = (at + 0.618_033_988_749_894_9_f64).fract();

@@ -1,4 +1,5 @@
-//! How far a robot can move before it can touch anything: a bound from boxes and spheres, for a step without collision detection.
+//! Clearance of a robot: a bound from boxes and spheres on its motion without contact, for a step without
+//! collision detection.
 
 use super::bounds::Bounds;
 use super::colliders::{Frame, Placed, RobotColliders};
@@ -6,14 +7,15 @@ use super::filter::Filter;
 use crate::dynamics::Tree;
 use crate::dynamics::tree::JointType;
 
-/// A lower bound of the distance between two colliders, metres, less their contact margins.
+/// Returns a lower bound of the distance between two colliders, metres, less their contact margins.
 fn gap([(of_a, i), (of_b, j)]: [(&RobotColliders, usize); 2]) -> f64 {
     let (a, b) = (&of_a.placed[i], &of_b.placed[j]);
     let distance = a.bounds.gap(&b.bounds).max(a.sphere_gap(b) - a.margin - b.margin);
     distance.max(above((of_a, i), b)).max(above((of_b, j), a))
 }
 
-/// The same for a plane and what lies above it, whose bounds meet everything; minus infinity of what is no plane.
+/// Returns the gap between a plane and a shape above it; the bounds of a plane meet everything. Minus
+/// infinity if the first is no plane.
 fn above((of_plane, index): (&RobotColliders, usize), other: &Placed) -> f64 {
     let (plane, frame) = (&of_plane.placed[index], &of_plane.frames[index]);
     let Some(half_space) = of_plane.shape(plane).as_halfspace() else { return f64::NEG_INFINITY };
@@ -24,16 +26,16 @@ fn above((of_plane, index): (&RobotColliders, usize), other: &Placed) -> f64 {
 }
 
 impl Placed {
-    /// How far from its body's origin any point of it is at the most.
+    /// Returns the largest distance of its points from its body's origin, metres.
     pub(super) fn farthest(&self, frame: &Frame) -> f64 {
         frame.body_from_shape.transform_point(frame.middle).length() + self.radius
     }
 }
 
 impl RobotColliders {
-    /// The least gap between this robot and another one that comes after it, of shapes of which one moves, where the last step has put
-    /// them, metres: negative where they may meet, infinite where they never touch. `filter` is that of the two.
-    /// Planes are left out unless it `counts_planes`.
+    /// Returns the smallest gap, metres, between this robot and a later one, at their poses of the last step.
+    /// At least one shape of each pair must move. It is negative if they may meet, and infinite if they never
+    /// touch. `filter` belongs to the two robots. Planes are left out unless it `counts_planes`.
     pub fn gap_to(&self, other: &Self, filter: Filter<'_>, counts_planes: bool) -> f64 {
         let pairs = (0..self.len()).flat_map(|i| (0..other.len()).map(move |j| (i, j)));
         let can_meet = |&(i, j): &(usize, usize)| {
@@ -44,7 +46,7 @@ impl RobotColliders {
         pairs.filter(can_meet).map(|(i, j)| gap([(self, i), (other, j)])).fold(f64::INFINITY, f64::min)
     }
 
-    /// The same between its own, of which each moves.
+    /// Returns the smallest gap between the robot's own colliders of moving bodies.
     pub fn own_gap(&self) -> f64 {
         let between = |pair: &[usize; 2]| {
             let is_known = pair.iter().all(|index| *index < self.len());
@@ -53,9 +55,9 @@ impl RobotColliders {
         self.own_pairs.iter().map(between).fold(f64::INFINITY, f64::min)
     }
 
-    /// How far any point of what hangs on each body moves at the most where its joint moves by one unit, from `positions` of all
-    /// joints, as long as those that slide move by less than `slide`: metres a radian, or 1. Of a free root, where it turns by a
-    /// radian: what it is moved by comes to that. For trees of joints of one axis.
+    /// Returns for each body the largest displacement of any point of its subtree per unit of its joint:
+    /// metres per radian, or 1. For a free root it is per radian. `positions` are those of all joints;
+    /// prismatic joints must move by less than `slide`. For trees of joints of one axis.
     pub fn levers(&self, tree: &Tree, positions: &[f64], slide: f64) -> Vec<f64> {
         let mut far = vec![f64::NEG_INFINITY; tree.bodies.len()];
         for (placed, frame) in self.placed.iter().zip(&self.frames) {

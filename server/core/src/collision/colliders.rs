@@ -1,5 +1,5 @@
-//! The shapes of one robot in the world: where its bodies carry them, how far around them
-//! contacts are looked for, and what their surfaces are like.
+//! Shapes of one robot in the world: their poses, the distance around them within which contacts are looked
+//! for, and their surfaces.
 
 mod fetch;
 mod look_ahead;
@@ -24,101 +24,104 @@ use crate::dynamics::Tree;
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::kinematics::BodyMotion;
 
-/// Where a collider is.
+/// Pose of a collider.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColliderPose {
-    /// Index of the link that it belongs to.
+    /// Link that it belongs to, by index.
     pub link: usize,
-    /// World from the shape, in parry's axes for it.
+    /// World from shape, in parry's axes for the shape.
     pub world_from_shape: DPose3,
 }
 
-/// What a collider is of.
+/// Link and body of a collider.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Side {
-    /// Index of the link.
+    /// Link, by index.
     pub link: usize,
-    /// Index of the body; `None` is the base.
+    /// Body, by index; `None` is the base.
     pub body: Option<usize>,
 }
 
-/// The colliders of one robot.
+/// Colliders of one robot.
 #[derive(Default)]
 pub struct RobotColliders {
     shapes: Arc<Shapes>,
-    /// Those of the shapes that are used: of each what is enough to reject most pairs.
+    /// Colliders in use, with the data that reject most pairs.
     pub(super) placed: Vec<Placed>,
-    /// The rest of each.
+    /// Other data of each collider.
     pub(super) frames: Vec<Frame>,
-    /// Around all of them.
+    /// Bounds of all colliders.
     pub(super) bounds: Bounds,
-    /// Pairs of this robot's own that may touch.
+    /// Pairs of this robot's own colliders that may touch.
     pub(super) own_pairs: Vec<[usize; 2]>,
-    /// Where the base was when its shapes were last put in place.
+    /// Pose of the base when its shapes were last placed.
     base: Option<DPose3>,
-    /// How far they have moved at the most, metres: between two times at which they were put in place no point of
-    /// any of them moved farther than this has grown.
+    /// Bound on the path of the colliders, metres. Between two placements no point of any of them moved
+    /// farther than this has grown.
     pub(super) path: f64,
-    /// The largest margin among them.
+    /// Largest margin among them.
     pub(super) reach: f64,
-    /// Where one of them is, is no number.
+    /// Whether the pose of one of them is not finite.
     is_any_lost: bool,
-    /// Those of the base.
+    /// Colliders of the base.
     still: Still,
-    /// Some of them are of triangles.
+    /// Whether some of them consist of triangles.
     has_facets: bool,
-    /// There is one, which is a ball.
+    /// Whether there is only one, a ball.
     is_ball: bool,
-    /// The others, in order.
+    /// Other colliders than those of the base, in order.
     moving: Vec<usize>,
 }
 
-/// What of a shape in the world is enough to reject most pairs. It lies by itself: where contacts are looked for all shapes are looked at, but
-/// the rest of few.
+/// Data of a shape in the world that reject most pairs. They are stored separately: the search for contacts
+/// reads them for all shapes, but the other data for few.
 pub(super) struct Placed {
-    /// Its index among the shapes.
+    /// Index among the shapes.
     part: usize,
     pub(super) link: usize,
-    /// `None` is the base.
+    /// Body, by index; `None` is the base.
     pub(super) body: Option<usize>,
-    /// How far the shape reaches from its middle.
+    /// Largest distance of the shape from its centre, metres.
     pub(super) radius: f64,
-    /// It is a ball of that radius.
+    /// Whether it is a ball of that radius.
     pub(super) is_ball: bool,
-    /// Where the middle is.
+    /// Position of the centre, world.
     pub(super) world_middle: DVec3,
-    /// Contacts are looked for this far from the shape, metres.
+    /// Distance from the shape within which contacts are looked for, metres.
     pub(super) margin: f64,
-    /// How far ahead of its middle it is looked, along its motion, also where the margin is bounded and so is less.
+    /// Look-ahead along the motion of its centre, metres; also if the margin is bounded and therefore
+    /// smaller.
     drift: DVec3,
-    /// How far it is looked beside that.
+    /// Remaining look-ahead, metres.
     beside_drift: f64,
-    /// Around the shape and its margin.
+    /// Bounds of the shape with its margin.
     pub(super) bounds: Bounds,
     pub(super) groups: Groups,
 }
 
-/// The rest of a shape in the world.
+/// Other data of a shape in the world.
 pub(super) struct Frame {
     pub(super) body_from_shape: DPose3,
-    /// The middle of the shape, in its axes.
+    /// Centre of the shape, in its axes.
     pub(super) middle: DVec3,
     pub(super) world_from_shape: DPose3,
     pub(super) surface: Surface,
 }
 
 impl Placed {
-    /// Puts it there. Its axes in the world, and how far any point of it moved, at the most.
+    /// Moves it to a pose. Returns its axes in the world, and a bound on the displacement of its points.
     fn put(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> (DMat3, f64) {
         let (p, middle) = (frame.world_from_shape.rotation, self.world_middle);
         let axes = self.set_pose(frame, world_from_shape);
         let q = world_from_shape.rotation;
-        // Of a turn by an angle t the difference of quaternions is 2 sin(t / 4), a chord of radius 1 2 sin(t / 2).
+        // For a turn by an angle t, the difference of quaternions is 2 sin(t / 4), and a chord of radius 1 is
+        // 2 sin(t / 2).
         let turned = 2.0 * (q - p).length_squared().min((q + p).length_squared()).sqrt();
         (axes, self.world_middle.distance(middle) + turned * self.radius)
     }
 
-    /// Its axes in the world: a point is turned by them in half of what it takes by a quaternion.
+    /// Sets its pose. Returns its axes in the world: a matrix rotates a point in half of the time of a
+    /// quaternion.
     fn set_pose(&mut self, frame: &mut Frame, world_from_shape: DPose3) -> DMat3 {
         let axes = DMat3::from_quat(world_from_shape.rotation);
         frame.world_from_shape = world_from_shape;
@@ -126,12 +129,13 @@ impl Placed {
         axes
     }
 
-    /// At least so far apart are the two, metres; negative where the spheres around them meet.
+    /// Returns a lower bound of the distance between the two, metres; negative if the spheres around them
+    /// meet.
     pub(super) fn sphere_gap(&self, other: &Self) -> f64 {
         self.world_middle.distance(other.world_middle) - self.radius - other.radius
     }
 
-    /// Finds its bounds anew.
+    /// Updates its bounds.
     fn bound(&mut self, frame: &Frame, axes: DMat3, shapes: &Shapes) {
         let part = &shapes.parts[self.part];
         self.bounds = match part.shape.shape_type() {
@@ -152,9 +156,9 @@ impl fmt::Debug for RobotColliders {
 }
 
 impl RobotColliders {
-    /// Those of a robot whose surfaces are `surface` where its description gives nothing else.
-    /// They have no pose until [`RobotColliders::update_poses`] puts them, and do not touch each other until
-    /// [`RobotColliders::set_filter`] says so. A plane that could move touches nothing.
+    /// Creates the colliders of a robot whose surfaces are `surface` unless its description says otherwise.
+    /// They have no pose until [`RobotColliders::update_poses`] sets them, and do not touch each other until
+    /// [`RobotColliders::set_filter`] allows it. A plane that could move touches nothing.
     pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface) -> Self {
         let make = |(part, of): (usize, &super::shapes::Part)| {
             let frame = tree.links.get(of.link).filter(|_| of.is_used(tree))?;
@@ -198,32 +202,32 @@ impl RobotColliders {
         }
     }
 
-    /// How many there are.
+    /// Returns the number of colliders.
     pub fn len(&self) -> usize {
         self.placed.len()
     }
 
-    /// Whether the robot touches nothing.
+    /// Returns whether the robot touches nothing.
     pub fn is_empty(&self) -> bool {
         self.placed.is_empty()
     }
 
-    /// Whether there is one, which is a ball: its bounds are around that.
+    /// Returns whether there is only one collider, a ball: the bounds are around it.
     pub(super) fn is_ball(&self) -> bool {
         self.is_ball
     }
 
-    /// Whether none of them is of a body that moves against the base.
+    /// Returns whether no collider belongs to a body that moves relative to the base.
     pub(super) fn is_still(&self) -> bool {
         self.moving.is_empty()
     }
 
-    /// Whether a base there is where its shapes were last put in place.
+    /// Returns whether the base is where its shapes were last placed.
     pub fn are_placed_for(&self, base: DPose3) -> bool {
         self.base == Some(base)
     }
 
-    /// Fills in those whose bounds meet others, in order.
+    /// Fills in the colliders whose bounds meet others, in order.
     pub(super) fn near(&self, bounds: &Bounds, found: &mut Vec<usize>) {
         found.clear();
         self.still.candidates(bounds, found);
@@ -232,12 +236,12 @@ impl RobotColliders {
         found.sort_unstable();
     }
 
-    /// Whether some of them may touch others of the same robot.
+    /// Returns whether some colliders may touch others of the same robot.
     pub fn has_self_collision(&self) -> bool {
         !self.own_pairs.is_empty()
     }
 
-    /// Gives the colliders of a link, or of all, what a material gives.
+    /// Applies a material to the colliders of a link, or of all links.
     pub fn set_material(&mut self, link: Option<usize>, material: &Material) {
         for (placed, frame) in self.placed.iter().zip(&mut self.frames) {
             if link.is_none_or(|link| placed.link == link) {
@@ -246,23 +250,23 @@ impl RobotColliders {
         }
     }
 
-    /// What the surface of a link's first collider is like; `None` where it has none.
+    /// Returns the surface of a link's first collider; `None` if it has none.
     pub fn surface(&self, link: usize) -> Option<Surface> {
         self.placed.iter().position(|placed| placed.link == link).map(|index| self.frames[index].surface)
     }
 
-    /// What each collider's surface is like.
+    /// Returns the surface of each collider.
     pub fn surfaces(&self) -> impl Iterator<Item = Surface> + '_ {
         self.frames.iter().map(|frame| frame.surface)
     }
 
-    /// Whether numbers say where each of them is. Of others nothing can be found.
+    /// Returns whether all poses are finite. Other colliders are never found.
     pub fn are_finite(&self) -> bool {
         !self.is_any_lost
     }
 
-    /// Updates their poses from those of the bodies. Contacts are looked for within `slack` metres and
-    /// twice what a step of `h` seconds moves them, where of their speed no more counts than
+    /// Updates the poses from the poses of the bodies. Contacts are looked for within `slack` metres and
+    /// twice the motion in a step of `h` seconds. The speed counts up to
     /// [`FASTEST_LOOKED_AHEAD`](crate::dynamics::contact_point::FASTEST_LOOKED_AHEAD).
     pub fn update_poses(&mut self, base: DPose3, slack: f64, h: f64, body: impl Fn(usize) -> BodyMotion) {
         let still = self.base == Some(base);
@@ -271,7 +275,7 @@ impl RobotColliders {
         }
         self.base = Some(base);
         self.bounds = Bounds::default();
-        // Shapes of one body mostly come one after the other.
+        // Shapes of one body are mostly adjacent.
         let mut last: Option<(usize, BodyMotion, f64)> = None;
         let mut farthest = 0.0f64;
         self.reach = 0.0;
@@ -305,29 +309,29 @@ impl RobotColliders {
             let base = self.placed.iter().enumerate().filter(|(_, placed)| placed.body.is_none());
             self.still.replace(base.map(|(index, placed)| (index, placed.bounds)));
         }
-        // Upwards, so that ways too small to be added to a long one are not lost.
+        // Rounded up, so that displacements too small to be added to a long path are not lost.
         self.path = (self.path + farthest).next_up();
         if !self.path.is_finite() {
             self.path = 0.0;
         }
     }
 
-    /// What they are made from.
+    /// Returns the shapes that they are made from.
     pub fn shapes(&self) -> &Arc<Shapes> {
         &self.shapes
     }
 
-    /// Which link and body a collider is of.
+    /// Returns link and body of a collider.
     pub fn side(&self, collider: usize) -> Option<Side> {
         self.placed.get(collider).map(|placed| Side { link: placed.link, body: placed.body })
     }
 
-    /// Gives each collider its surface; there is one for each.
+    /// Sets the surface of each collider; there is one for each.
     pub fn set_surfaces(&mut self, surfaces: &[Surface]) {
         self.frames.iter_mut().zip(surfaces).for_each(|(frame, surface)| frame.surface = *surface);
     }
 
-    /// Where they are, in the order of the shapes.
+    /// Returns the poses, in the order of the shapes.
     pub fn poses(&self) -> Vec<ColliderPose> {
         let pose = |(placed, frame): (&Placed, &Frame)| ColliderPose {
             link: placed.link,
@@ -336,34 +340,34 @@ impl RobotColliders {
         self.placed.iter().zip(&self.frames).map(pose).collect()
     }
 
-    /// The shape of a collider.
+    /// Returns the shape of a collider.
     pub(super) fn shape(&self, placed: &Placed) -> &dyn Shape {
         &*self.shapes.parts[placed.part].shape
     }
 
-    /// The shape of a collider and, of a hull of many corners, its edges.
+    /// Returns the shape of a collider and the edges of a hull of many corners.
     pub(super) fn shape_and_graph(&self, placed: &Placed) -> (&dyn Shape, Option<&Graph>) {
         let part = &self.shapes.parts[placed.part];
         (&*part.shape, part.graph.as_deref())
     }
 
-    /// The triangles of a collider that is made of them.
+    /// Returns the triangles of a collider that consists of them.
     pub(super) fn facets(&self, placed: &Placed) -> Option<Facets<'_>> {
         let part = &self.shapes.parts[placed.part];
         Facets::of(&*part.shape, part.neighbours.as_ref())
     }
 
-    /// Whether some are of triangles.
+    /// Returns whether some colliders consist of triangles.
     pub(super) fn has_facets(&self) -> bool {
         self.has_facets
     }
 
-    /// The box around the shape of a collider, as middle and half lengths in its axes.
+    /// Returns the box around the shape of a collider, as centre and half lengths in its axes.
     pub(super) fn local_box(&self, placed: &Placed) -> [DVec3; 2] {
         self.shapes.parts[placed.part].local_box
     }
 
-    /// A ball inside the shape of a collider.
+    /// Returns a ball inside the shape of a collider.
     pub(super) fn inner(&self, placed: &Placed) -> &Inner {
         &self.shapes.parts[placed.part].inner
     }

@@ -1,4 +1,4 @@
-//! The nearest points of shapes: how far links are apart, or by how much they overlap.
+//! Nearest points of shapes: distance or penetration depth of links.
 
 use std::collections::BTreeMap;
 
@@ -11,50 +11,52 @@ use super::plane::outermost;
 use super::scene::PlacedShape;
 use super::surface_distance::{gap, nearest_on_surface};
 
-/// Pairs of shapes whose bounds are looked at in one question.
+/// Maximum number of pairs of shapes whose bounds are compared in one query.
 pub const MOST_BOUNDS: usize = 10_000_000;
 
-/// Pairs of shapes whose distance is computed in one question.
+/// Maximum number of pairs of shapes whose distance is computed in one query.
 pub const MOST_DISTANCES: usize = 100_000;
 
-/// The nearest points of two links.
+/// Nearest points of two links.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// As they were given to [`posed_shapes`](super::scene::posed_shapes).
+    /// Robots, as passed to [`posed_shapes`](super::scene::posed_shapes).
     pub robots: [usize; 2],
-    /// Indices of the links.
+    /// Links, by index.
     pub links: [usize; 2],
-    /// On each one's surface, world.
+    /// Point on the surface of each, world.
     pub points: [DVec3; 2],
-    /// From the first to the second, of unit length, world.
+    /// Unit normal from the first to the second, world.
     pub normal: DVec3,
-    /// Between the surfaces, metres. Where they overlap: minus the length of the shortest move that parts them.
+    /// Distance between the surfaces, metres. If they overlap: minus the length of the shortest displacement
+    /// that separates them.
     pub distance: f64,
 }
 
-/// Which pairs are wanted.
+/// Selection of pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct DistanceFilter {
-    /// Pairs that are farther apart are left out, metres; may be infinite.
+    /// Maximum distance of a pair, metres; may be infinite.
     pub within: f64,
-    /// Only the nearest of all.
+    /// Whether only the nearest pair is wanted.
     pub nearest_only: bool,
 }
 
-/// Too many pairs of shapes: how many, and how many there may be.
+/// Number of pairs of shapes that exceeds the maximum, and the maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooMany(pub usize, pub usize);
 
-/// Two shapes, and how far their bounds are apart at the least.
+/// Two shapes, and a lower bound of their bounds' distance.
 type Pair<'a> = (f64, &'a PlacedShape, &'a PlacedShape);
 
-/// The nearest points of each pair of links of which `is_wanted`, in the order of robots and links. By GJK, and EPA
-/// where they overlap (van den Bergen, "Collision Detection in Interactive 3D Environments", 2003). Of two surfaces of
-/// triangles there are none. Gives up as soon as `is_cancelled`.
+/// Returns the nearest points of each pair of links that `is_wanted`, in the order of robots and links. It
+/// uses GJK, and EPA if they overlap (van den Bergen, "Collision Detection in Interactive 3D Environments",
+/// 2003). Pairs of two triangle surfaces are left out. Stops as soon as `is_cancelled`.
 ///
 /// # Errors
-/// Returns an error if there are more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other: where only the
-/// nearest is wanted, whose bounds are nearer to each other than the farthest points of those of another pair.
+/// Returns an error for more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other. If
+/// only the nearest pair is wanted, the latter are pairs whose bounds are nearer to each other than the
+/// farthest points of another pair's.
 pub fn closest_points(
     [a, b]: [&[PlacedShape]; 2],
     wanted: DistanceFilter,
@@ -66,7 +68,7 @@ pub fn closest_points(
         return Err(TooMany(count, MOST_BOUNDS));
     }
     let mut pairs: Vec<Pair<'_>> = Vec::new();
-    // What overlaps has bounds that meet, however deep it is.
+    // Overlapping shapes have bounds that meet, at any depth.
     let mut most_gap = wanted.within.max(0.0);
     for first in a {
         if is_cancelled() {
@@ -83,7 +85,7 @@ pub fn closest_points(
             return Err(TooMany(pairs.len(), MOST_DISTANCES));
         }
     }
-    // What is likely to be nearest comes first, so that the rest needs no distance.
+    // Likely nearest pairs come first, so that the rest needs no distance.
     pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1.key(), x.2.key()).cmp(&(y.1.key(), y.2.key()))));
     let mut found: BTreeMap<([usize; 2], [usize; 2]), Closest> = BTreeMap::new();
     let mut nearest = wanted.within;
@@ -108,7 +110,7 @@ pub fn closest_points(
     Ok(found)
 }
 
-/// How far the bounds of two shapes are apart; those of a plane are all of space.
+/// Returns the distance between the bounds of two shapes; a plane has unlimited bounds.
 fn bounds_gap(a: &PlacedShape, b: &PlacedShape) -> f64 {
     if a.is_plane() || b.is_plane() {
         return f64::NEG_INFINITY;
@@ -116,7 +118,8 @@ fn bounds_gap(a: &PlacedShape, b: &PlacedShape) -> f64 {
     gap(&a.solid_bounds(), &b.solid_bounds())
 }
 
-/// How far any point of the bounds of two shapes is from any of the other at the most; the shapes are not farther apart.
+/// Returns the largest distance between any points of the bounds of two shapes; the shapes are not farther
+/// apart.
 fn bounds_span(a: &PlacedShape, b: &PlacedShape) -> f64 {
     if a.is_plane() || b.is_plane() {
         return f64::INFINITY;
@@ -125,7 +128,7 @@ fn bounds_span(a: &PlacedShape, b: &PlacedShape) -> f64 {
     (b.maxs - a.mins).max(a.maxs - b.mins).length()
 }
 
-/// The nearest points of two shapes, where they are within a distance.
+/// Returns the nearest points of two shapes within a distance.
 fn closest(
     a: &PlacedShape,
     b: &PlacedShape,
@@ -167,11 +170,12 @@ fn closest(
     })
 }
 
-/// The nearest points of two convex shapes where they are about within a distance, in the axes in which their poses are.
+/// Returns the nearest points of two convex shapes that are about within a distance, in the axes of their
+/// poses.
 pub(super) fn convex_contact([a, b]: [(&dyn Shape, &DPose3); 2], within: f64) -> Option<Contact> {
     let [(core_a, around_a), (core_b, around_b)] = [core(a.0), core(b.0)];
     let around = around_a + around_b;
-    // A little more, so that one at the very distance is found.
+    // A little more, so that a shape exactly at the distance is found.
     let margin = (within + around).max(0.0) * (1.0 + 1e-9) + 1e-9;
     let mut found = contact(a.1, core_a, b.1, core_b, margin).ok()??;
     if found.dist > TOUCHING {
@@ -191,7 +195,7 @@ pub(super) fn convex_contact([a, b]: [(&dyn Shape, &DPose3); 2], within: f64) ->
     (is_sound && found.normal1.is_finite()).then_some(found)
 }
 
-/// Of two capsules whose segments meet: the shortest way out is across both.
+/// Returns the contact of two capsules whose segments meet: the shortest way out is perpendicular to both.
 fn crossing(
     [one, other]: [&Segment; 2],
     [pose, other_pose]: [&DPose3; 2],
@@ -205,19 +209,19 @@ fn crossing(
     Contact::new(on_one, on_other, across, -across, -(around + other_around))
 }
 
-/// What is no farther apart touches, metres: a depth that was not found comes with the rounding of a 0.
+/// Distance up to which shapes touch, metres: the rounding of a 0, when no depth was found.
 const TOUCHING: f64 = 1e-12;
 
-/// Parts of the size of the smaller of two shapes that overlap, by which one is moved to be looked at once more.
+/// Displacements to retry an overlap from, as parts of the smaller shape's size.
 const ASIDE: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 
-/// The ways in which it is moved, of unit length: the last ones are across those of most shapes.
+/// Unit directions of these displacements; the last ones are oblique to the axes of most shapes.
 const WAYS: [DVec3; 5] =
     [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.48, 0.6, 0.64), DVec3::new(-0.64, 0.48, 0.6)];
 
-/// What overlaps by nothing is looked at once more from beside: where the middles of two shapes lie on an axis of both, EPA may begin with
-/// a segment through the origin, and ends with a depth of 0. What is found beside is right to about a hundredth, as EPA is with round
-/// sides.
+/// Retries overlaps of zero depth from displaced poses. If the centres of two shapes lie on an axis of both,
+/// EPA may begin with a segment through the origin. It then ends with a depth of 0. Results from displaced
+/// poses are right to about a hundredth, as EPA is for round shapes.
 fn deeper([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
     let size = a.0.compute_local_bounding_sphere().radius.min(b.0.compute_local_bounding_sphere().radius);
     for aside in ASIDE.map(|part| part * size) {
@@ -229,7 +233,7 @@ fn deeper([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
             contact(a.1, a.0, &pose, b.0, 0.0).ok()?
         });
         let deepest = moved.min_by(|x, y| x.dist.total_cmp(&y.dist));
-        // What only touches is as deep from beside as it was moved, at the most.
+        // Shapes that only touch are at most as deep, from a displaced pose, as the displacement.
         if let Some(deepest) = deepest.filter(|deepest| deepest.dist < found.dist - 4.0 * aside) {
             return deepest;
         }
@@ -237,7 +241,8 @@ fn deeper([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
     found
 }
 
-/// What a shape is all points within a distance of: the segment of a capsule. Others are themselves.
+/// Returns a core and a radius: the shape is all points within the radius of its core. For a capsule it is
+/// its segment, otherwise the shape.
 fn core(shape: &dyn Shape) -> (&dyn Shape, f64) {
     match shape.as_capsule() {
         Some(capsule) => (&capsule.segment, capsule.radius),
@@ -245,15 +250,15 @@ fn core(shape: &dyn Shape) -> (&dyn Shape, f64) {
     }
 }
 
-/// Projections of the nearest points onto the other shape at the most.
+/// Maximum number of projections of the nearest points onto the other shape.
 const REFINEMENTS: usize = 64;
 
-/// A change of a distance that is not worth another projection, metres.
+/// Change of a distance below which projection ends, metres.
 const SAME_DISTANCE: f64 = 1e-11;
 
-/// GJK ends within some 1e-6 m of the distance of round shapes. Each of two convex shapes' nearest points is the
-/// projection of the other one: projected in turn, they only come nearer (Cheney and Goldstein, "Proximity maps for convex
-/// sets", 1959).
+/// Refines nearest points: GJK ends within some 1e-6 m of the distance of round shapes. Each of two convex
+/// shapes' nearest points is the projection of the other one. Alternate projections only come nearer (Cheney
+/// and Goldstein, "Proximity maps for convex sets", 1959).
 fn refined([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
     let project =
         |(shape, pose): (&dyn Shape, &DPose3), point: DVec3| shape.project_point(pose, point, true).point;
@@ -262,7 +267,7 @@ fn refined([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
         let next_a = project(a, on_b);
         let next_b = project(b, next_a);
         let next = next_a.distance(next_b);
-        // Not where it is no number.
+        // NaN fails this too.
         if next.partial_cmp(&distance) != Some(std::cmp::Ordering::Less) || next == 0.0 {
             break;
         }
@@ -276,9 +281,9 @@ fn refined([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
     Contact::new(on_a, on_b, normal, -normal, distance)
 }
 
-/// The lowest point of a shape over a plane, the one below it on the plane, the plane's normal and the height; `None`
-/// where the first is no plane, or both are. parry 0.31 takes the pose of the one in the axes of the other the wrong
-/// way round where the plane comes second.
+/// Returns the lowest point of a shape over a plane, the point below it on the plane, the plane's normal and
+/// the height. Returns `None` if the first is no plane, or both are. parry 0.31 inverts the relative pose if
+/// the plane comes second.
 fn over_plane(plane: &PlacedShape, other: &PlacedShape) -> Option<(DVec3, DVec3, DVec3, f64)> {
     let half = plane.shape.as_halfspace()?;
     let normal = plane.world_from_shape.rotation * half.normal;

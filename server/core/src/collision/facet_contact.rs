@@ -1,8 +1,9 @@
-//! Where a convex shape touches a surface of triangles.
+//! Contacts of a convex shape with a surface of triangles.
 //!
-//! Each triangle is looked at on its own, so that a shape which lies across the edge of two would touch that edge, from
-//! whatever direction is the nearest. Which directions an edge can be touched from follows from the two triangles that
-//! meet in it: those that lead into neither of them. From any other one the face is touched, or nothing.
+//! Each triangle is tested separately, so a shape that lies across the edge of two would touch that edge from
+//! whatever direction is the nearest. The two triangles that meet in an edge determine the directions from
+//! which it can be touched: those that lead into neither of them. From any other direction the face touches,
+//! or nothing does.
 
 use glamx::{DMat3, DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
@@ -17,46 +18,48 @@ use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MOST, needs_middle, reduce};
 use super::seams::{passes_edge, seam_height};
 
-/// Points of two colliders at the most: those of eight directions.
+/// Maximum number of points of two colliders: eight directions.
 pub const MOST_OF_PAIR: usize = 8 * MOST;
 
-/// Points whose normals differ by less than this angle, as a cosine, are of one contact: 5 degrees.
+/// Cosine of the largest angle between normals of one contact: 5 degrees.
 const SAME_DIRECTION: f64 = 0.9962;
 
-/// A direction that leads less than this into a triangle does not lead into it, radians.
+/// Largest angle at which a direction does not count as leading into a triangle, radians.
 const INTO: f64 = 1e-9;
 
-/// Corners that lie equally far along a direction, but for this part of the triangle's size, are both touched from there.
+/// Tolerance at which corners are equally far along a direction, as a part of the triangle's size; both are
+/// then touched.
 const SAME_REACH: f64 = 1e-6;
 
-/// A direction that is at less than this angle to a face, radians, does not say from which side it is touched.
+/// Smallest angle between a direction and a face that shows the touched side, radians.
 const SIDEWAYS: f64 = 0.05;
 
-/// A shape whose middle is farther from a plane than it reaches, and than contacts are looked for, by this factor, does
-/// not touch it.
+/// Factor of the distance from a plane at which a shape does not touch it, relative to its radius plus the
+/// contact distance.
 const FAR: f64 = 1.000_001;
 
-/// A cylinder whose side is touched from a direction with less than this part across its axis stands on its end.
+/// Smallest radial part of a direction that touches a cylinder's side; below it the cylinder stands on its
+/// end.
 const LEAST_RADIAL: f64 = 0.1;
 
-/// Points of a cylinder's side are beside the line that it touches with from this angle on, radians.
+/// Angle from the line of contact beyond which points of a cylinder's side are dropped, radians.
 const BESIDE: f64 = 1e-3;
 
-/// Triangles that are looked at before it is asked again whether the step is interrupted.
+/// Number of triangles between two calls of the interrupt.
 const BETWEEN_INTERRUPTS: usize = 1_024;
 
-/// A point where a shape touches a triangle, in the axes of the surface and of the shape.
+/// Contact of a shape with a triangle, in the axes of the surface and of the shape.
 #[derive(Clone, Copy)]
 pub(super) struct FacetPoint {
     pub(super) on_surface: DVec3,
     pub(super) on_shape: DVec3,
-    /// From the surface to the shape, in the surface's axes.
+    /// Normal from the surface to the shape, in the surface's axes.
     pub(super) normal: DVec3,
     pub(super) distance: f64,
 }
 
 impl FacetPoint {
-    /// The point in the middle of two of one direction.
+    /// Returns the midpoint of two points of one direction.
     fn between(p: &Self, q: &Self) -> Self {
         Self {
             on_surface: p.on_surface.midpoint(q.on_surface),
@@ -70,32 +73,33 @@ impl FacetPoint {
 /// A convex shape that may touch a surface.
 pub(super) struct Convex<'a> {
     pub(super) shape: &'a dyn Shape,
-    /// Of a hull of many corners: its edges.
+    /// Edges of a hull of many corners.
     pub(super) graph: Option<&'a Graph>,
-    /// Its middle, in its own axes, and how far it reaches from there.
+    /// Centre in its axes, and its largest distance from there.
     pub(super) middle: DVec3,
     pub(super) radius: f64,
-    /// The box around it, as middle and half lengths in its axes.
+    /// Box around it, as centre and half lengths in its axes.
     pub(super) local_box: [DVec3; 2],
-    /// A box around it and how far around it contacts are looked for, in the surface's axes.
+    /// Box around it and its contact distance, in the surface's axes.
     pub(super) bounds: Aabb,
 }
 
-/// Finds such points. Keeps its memory, and no more.
+/// Finds contacts with triangles. Reuses its memory, and keeps no other state.
 #[derive(Default)]
 pub(super) struct FacetContact {
     manifold: ContactManifold<(), ()>,
     triangles: Vec<u32>,
     found: Vec<FacetPoint>,
-    /// Of one direction.
+    /// Points of one direction.
     group: Vec<usize>,
     places: Vec<(DVec3, f64)>,
     kept: Vec<FacetPoint>,
 }
 
 impl FacetContact {
-    /// Those of a surface and a convex shape, nearer than `within`; `None` where it was interrupted. With a surface come those of its
-    /// triangles, in order and each with its box, that alone may be near, where they are known.
+    /// Finds the contacts of a surface and a convex shape that are nearer than `within`; `None` if
+    /// interrupted. If known, the triangles that may be near come with the surface, in order and each with
+    /// its box.
     pub(super) fn find(
         &mut self,
         (surface, known): (Facets<'_>, Option<&[(u32, Aabb)]>),
@@ -134,7 +138,7 @@ impl FacetContact {
         Some(&self.kept)
     }
 
-    /// Looks at these triangles. False where it was interrupted.
+    /// Tests these triangles. Returns false if interrupted.
     fn touch_all(
         &mut self,
         surface: Facets<'_>,
@@ -160,7 +164,7 @@ impl FacetContact {
         true
     }
 
-    /// A shape whose middle is in the ground touches the plane of the triangle above it.
+    /// Adds the contact of a shape whose centre is in the ground with the plane of the triangle above it.
     fn below(&mut self, triangle: &Triangle, convex: &Convex<'_>, surface_from_shape: &DPose3, within: f64) {
         let Some(normal) = unit_normal(triangle) else { return };
         let inward = surface_from_shape.rotation.inverse() * -normal;
@@ -187,7 +191,7 @@ impl FacetContact {
         surface_from_shape: &DPose3,
         within: f64,
     ) {
-        // Well above its plane, or below it: most triangles of a slope, whose bounds are tall.
+        // Well above its plane, or below it, as for most triangles of a slope, whose bounds are tall.
         let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
         let height = (middle - triangle.a).dot(normal);
         if height.abs() > FAR * (convex.radius + within) * normal.length() {
@@ -215,15 +219,16 @@ impl FacetContact {
         }));
     }
 
-    /// Puts the points of a lying cylinder on the line that it touches a face with, and drops those beside it.
+    /// Moves the points of a lying cylinder to its line of contact with a face, and drops those beside it.
     ///
-    /// Points beside it come of triangles next to the one below, and a cylinder that rolls over one would be stopped as it comes down
-    /// there. Clipping finds the others to 1e-7 m, and a wheel would leave its line by that.
+    /// Points beside it come from neighbours of the triangle below. They would stop a cylinder that rolls
+    /// over an edge as it comes down there. Clipping finds the others to 1e-7 m, and a wheel would drift off
+    /// its line by that.
     fn roll_on_line(&mut self, shape: &dyn Shape, surface_from_shape: &DPose3) {
         let Some(cylinder) = shape.as_cylinder() else { return };
         let shape_from_surface = surface_from_shape.rotation.inverse();
         self.found.retain_mut(|point| {
-            // A cylinder stands along y.
+            // A cylinder's axis is y.
             let across = |vector: DVec3| DVec3::new(vector.x, 0.0, vector.z);
             let (towards, arm) = (across(shape_from_surface * -point.normal), across(point.on_shape));
             if towards.length() < LEAST_RADIAL || arm.length() < 0.5 * cylinder.radius {
@@ -243,7 +248,7 @@ impl FacetContact {
         });
     }
 
-    /// Keeps of each direction what carries as all of its points would.
+    /// Keeps points for each direction that carry the same load as all of its points.
     fn reduce(&mut self, is_capsule: bool) {
         let Self { found, group, places, kept, .. } = self;
         kept.clear();
@@ -270,8 +275,8 @@ impl FacetContact {
     }
 }
 
-/// The box around a shape in its own axes, and what it is looked around for: of a slab that lies at an angle much less
-/// than its box in the surface's axes.
+/// Box around a shape in its own axes, and its contact distance. For an oblique slab it is much smaller than
+/// its box in the surface's axes.
 struct Reach {
     shape_from_surface: DMat3,
     translation: DVec3,
@@ -288,7 +293,7 @@ impl Reach {
         }
     }
 
-    /// Whether a triangle may be that near.
+    /// Returns whether a triangle may be within the contact distance.
     fn meets(&self, triangle: &Triangle) -> bool {
         let corner = |corner: DVec3| self.shape_from_surface * corner + self.translation;
         let (a, b, c) = (corner(triangle.a), corner(triangle.b), corner(triangle.c));
@@ -297,17 +302,17 @@ impl Reach {
     }
 }
 
-/// The directions from which a triangle can be touched.
+/// Directions from which a triangle can be touched.
 struct Cone {
     normal: DVec3,
     corners: [DVec3; 3],
-    /// From each edge into the triangle, across the edge and in its plane.
+    /// Directions from each edge into the triangle, perpendicular to the edge and in its plane.
     inward: [DVec3; 3],
-    /// The same for what is beyond the edge.
+    /// The same directions for the triangles beyond the edges.
     beyond: [Option<DVec3>; 3],
-    /// On which side the middle of the other shape is: 1 or -1.
+    /// Side of the other shape's centre: 1 or -1.
     side: f64,
-    /// Only one side touches.
+    /// Whether only one side touches.
     one_sided: bool,
 }
 
@@ -343,8 +348,9 @@ impl Cone {
 }
 
 impl Cone {
-    /// Which edges what comes from a direction touches: the one that lies farthest along it, or those of the corner that does.
-    /// Of an obtuse triangle a direction may lead out over an edge that is nowhere near.
+    /// Returns the edges that are touched from a direction: the edge that lies farthest along it, or the
+    /// edges of the farthest corner. A direction may lead out of an obtuse triangle over an edge that is far
+    /// away.
     fn touched(&self, direction: DVec3) -> [bool; 3] {
         let along = self.corners.map(|corner| (corner - self.corners[0]).dot(direction));
         let most = along.into_iter().fold(f64::NEG_INFINITY, f64::max);

@@ -1,4 +1,4 @@
-//! Surfaces of triangles: meshes as they are, and height fields.
+//! Surfaces of triangles: meshes and height fields.
 
 use std::sync::Arc;
 
@@ -11,26 +11,26 @@ use simd_model::robot::{Grid, MeshAsset, Sha256};
 
 use super::shapes::{Made, upright};
 
-/// Of each triangle the ones beyond its edges, from corner 0 to 1, 1 to 2 and 2 to 0; [`NONE`] where there is none, or
-/// more than one.
+/// Neighbours of each triangle beyond its edges, from corner 0 to 1, 1 to 2 and 2 to 0. A neighbour is
+/// [`NONE`] if there is not exactly one.
 pub(super) type Neighbours = Vec<[u32; 3]>;
 
 const NONE: u32 = u32::MAX;
 
-/// A triangle whose area is less than this part of its longest side's square is a line.
+/// Smallest area of a triangle, as a part of its longest side's square; below it is a line.
 const LINE: f64 = 1e-12;
 
 /// A surface of triangles.
 #[derive(Clone, Copy)]
 pub(super) enum Facets<'a> {
-    /// Both of its sides touch.
+    /// A mesh; both of its sides touch.
     Mesh(&'a TriMesh, &'a Neighbours),
-    /// All that is below it, along parry's y, is inside.
+    /// A height field; all that is below it, along parry's y, is inside.
     Field(&'a HeightField),
 }
 
 impl<'a> Facets<'a> {
-    /// What a shape is, where it is of triangles.
+    /// Returns the surface of a shape that consists of triangles.
     pub(super) fn of(shape: &'a dyn Shape, neighbours: Option<&'a Arc<Neighbours>>) -> Option<Self> {
         if let Some(field) = shape.as_heightfield() {
             return Some(Self::Field(field));
@@ -38,23 +38,24 @@ impl<'a> Facets<'a> {
         Some(Self::Mesh(shape.as_trimesh()?, neighbours?))
     }
 
-    /// Fills in those that may be within a box, in order.
+    /// Fills in the triangles that may be within a box, in order.
     pub(super) fn within(self, bounds: &Aabb, found: &mut Vec<u32>) {
         found.clear();
         match self {
             Self::Mesh(mesh, _) => found.extend(mesh.bvh().intersect_aabb(bounds)),
             Self::Field(field) => {
-                // Heights are not looked at: what is far below the surface is in it.
+                // Heights are ignored: everything far below the surface is inside.
                 let most = field.root_aabb().maxs.y.max(bounds.maxs.y);
                 let column = Aabb::new(bounds.mins, bounds.maxs.with_y(most));
                 field.map_elements_in_local_aabb(&column, &mut |id, _triangle| found.push(id));
             }
         }
-        // A tree gives them in an order of its own.
+        // The tree returns them in a different order.
         found.sort_unstable();
     }
 
-    /// The same, and true, where those are at most so many; else false.
+    /// Fills in the triangles within a box, and returns true, if there are at most `most`; else returns
+    /// false.
     pub(super) fn few_within(self, bounds: &Aabb, most: usize, found: &mut Vec<u32>) -> bool {
         match self {
             Self::Mesh(mesh, _) => {
@@ -65,7 +66,7 @@ impl<'a> Facets<'a> {
             Self::Field(field) => {
                 let size = bounds.maxs - bounds.mins;
                 let cells = (size.x / field.cell_width() + 1.0) * (size.z / field.cell_height() + 1.0);
-                // Two triangles a cell, of which some are outside.
+                // Two triangles for each cell; some are outside.
                 if cells > most as f64 {
                     return false;
                 }
@@ -75,7 +76,7 @@ impl<'a> Facets<'a> {
         found.len() <= most
     }
 
-    /// Whether it is a mesh without a border, which has an inside.
+    /// Returns whether it is a mesh without a border, which has an inside.
     pub(super) fn is_closed(self) -> bool {
         match self {
             Self::Mesh(_, neighbours) => neighbours.iter().flatten().all(|next| *next != NONE),
@@ -83,7 +84,7 @@ impl<'a> Facets<'a> {
         }
     }
 
-    /// One of them.
+    /// Returns a triangle.
     pub(super) fn triangle(self, id: u32) -> Option<Triangle> {
         match self {
             Self::Mesh(mesh, neighbours) => ((id as usize) < neighbours.len()).then(|| mesh.triangle(id)),
@@ -91,7 +92,7 @@ impl<'a> Facets<'a> {
         }
     }
 
-    /// A point of it that is near another one, of a mesh the nearest.
+    /// Returns a point of the surface near another one; for a mesh the nearest.
     pub(super) fn near(self, point: DVec3) -> Option<DVec3> {
         match self {
             Self::Mesh(mesh, _) => Some(mesh.project_local_point(point, false).point),
@@ -104,7 +105,7 @@ impl<'a> Facets<'a> {
         }
     }
 
-    /// What lies beyond an edge of a triangle.
+    /// Returns the triangle beyond an edge.
     pub(super) fn beyond(self, id: u32, edge: usize) -> Option<Triangle> {
         let next = match self {
             Self::Mesh(_, neighbours) => neighbours.get(id as usize)?[edge],
@@ -114,8 +115,9 @@ impl<'a> Facets<'a> {
     }
 }
 
-/// parry numbers cells along its z first, then along its x, and the halves of all cells one after the other: first those
-/// with the cell's least corner, then those with its greatest.
+/// Returns the triangle beyond an edge of a height field. parry numbers cells along its z first, then along
+/// its x. The halves of all cells are in sequence: first those with the cell's least corner, then those with
+/// its greatest.
 fn beyond_in_field(field: &HeightField, id: u32, edge: usize) -> Option<u32> {
     let (rows, columns) = (field.nrows() as u32, field.ncols() as u32);
     let cells = rows * columns;
@@ -142,7 +144,7 @@ fn beyond_in_field(field: &HeightField, id: u32, edge: usize) -> Option<u32> {
     }
 }
 
-/// The triangles of a mesh that have an area; `None` where none has.
+/// Returns the triangles of a mesh that have an area; `None` if none has.
 pub(super) fn triangles(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
     let corners: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let has_area = |triangle: &&[u32; 3]| {
@@ -160,11 +162,11 @@ pub(super) fn triangles(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
     Some(Made { neighbours, surface, ..Made::new(SharedShape::new(made)) })
 }
 
-/// A mesh that is a grid, with a scale above 0.
+/// Returns the height field of a mesh that is a grid, with a positive scale.
 pub(super) fn height_field(mesh: &MeshAsset, grid: &Grid, scale: DVec3) -> Option<Made> {
     let Grid { rows, columns } = *grid;
     let is_grid = rows > 1 && columns > 1 && rows.checked_mul(columns) == Some(mesh.vertices.len());
-    // parry has the rows of a column one after the other.
+    // parry stores the rows of a column in sequence.
     let height = |at: usize| mesh.vertices.get(at % rows * columns + at / rows).map(|corner| corner.z);
     let heights: Option<Vec<f64>> = is_grid.then(|| (0..rows * columns).map(height).collect())?;
     let field = HeightField::new(Array2::new(rows, columns, heights?), DVec3::new(scale.x, scale.z, scale.y));
@@ -172,7 +174,7 @@ pub(super) fn height_field(mesh: &MeshAsset, grid: &Grid, scale: DVec3) -> Optio
     Some(Made { own_from_shape: upright(), surface, ..Made::new(SharedShape::new(field)) })
 }
 
-/// What a surface is found by: the hash of the file, its scale and that it is one.
+/// Returns the key of a surface: the hash of the file, its scale and a tag.
 fn surface_hash(mesh: &MeshAsset, scale: DVec3) -> Sha256 {
     let scale = scale.to_array().into_iter().flat_map(f64::to_le_bytes);
     Sha256::of(&mesh.sha256.0.into_iter().chain(scale).chain(*b"facets").collect::<Vec<u8>>())
@@ -197,13 +199,13 @@ fn neighbours(triangles: &[[u32; 3]]) -> Neighbours {
     neighbours
 }
 
-/// A height field and the ground below it, as deep as it is long or wide, in its axes.
+/// Returns a height field and the ground below it, as deep as it is long or wide, in its axes.
 pub(super) fn ground(field: &HeightField) -> Aabb {
     let Aabb { mins, maxs } = *field.root_aabb();
     Aabb::new(mins - DVec3::Y * (maxs - mins).max_element(), maxs)
 }
 
-/// Where the middle of a shape is in a height field's axes, if it is below the surface: the triangle above it.
+/// Returns the triangle above the centre of a shape, in a height field's axes, if it is below the surface.
 pub(super) fn above(field: &HeightField, middle: DVec3) -> Option<Triangle> {
     let (i, j) = field.cell_at_point(middle)?;
     let (first, second) = field.triangles_at(i, j);
@@ -217,12 +219,12 @@ pub(super) fn above(field: &HeightField, middle: DVec3) -> Option<Triangle> {
     ((middle - triangle.a).dot(normal) < 0.0).then_some(triangle)
 }
 
-/// A triangle's normal of unit length; `None` where it has no area.
+/// Returns a triangle's normal of unit length; `None` if it has no area.
 pub(super) fn unit_normal(triangle: &Triangle) -> Option<DVec3> {
     (triangle.b - triangle.a).cross(triangle.c - triangle.a).try_normalize()
 }
 
-/// `world_from_other` in the axes of a surface.
+/// Returns `world_from_other` in the axes of a surface.
 pub(super) fn relative(world_from_surface: &DPose3, world_from_other: &DPose3) -> DPose3 {
     world_from_surface.inverse() * *world_from_other
 }

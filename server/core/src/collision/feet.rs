@@ -1,5 +1,5 @@
-//! Which balls of a robot may touch planes that do not move, and what else of it may: for steps in lanes, which find such contacts
-//! themselves.
+//! Balls of a robot that may touch fixed planes, and its other shapes that may: for steps in lanes, which
+//! find such contacts themselves.
 
 use glamx::{DMat3, DPose3};
 
@@ -9,32 +9,32 @@ use crate::dynamics::Tree;
 use crate::dynamics::contact_point::{Surface, SurfaceCombination};
 use crate::dynamics::lanes::{FootPair, Guard, MOST_FEET, can_be_foot};
 
-/// The feet of a robot, planes that they may touch, and what else of it may touch those.
+/// Feet of a robot, planes that they may touch, and other shapes that may touch those.
 #[derive(Debug)]
 pub struct RobotFeet {
     pairs: Vec<FootPair>,
     guards: Vec<Guard>,
-    /// Robots with planes, and where their bases are.
+    /// Robots with planes, and the poses of their bases.
     grounds: Vec<(usize, DPose3)>,
 }
 
 impl RobotColliders {
-    /// Whether a collider is a ball that moves.
+    /// Returns whether a collider is a ball that moves.
     pub fn is_moving_ball(&self, collider: usize) -> bool {
         self.placed
             .get(collider)
             .is_some_and(|placed| placed.body.is_some() && self.shape(placed).as_ball().is_some())
     }
 
-    /// Whether a collider is a plane.
+    /// Returns whether a collider is a plane.
     pub fn is_plane(&self, collider: usize) -> bool {
         self.placed.get(collider).is_some_and(|placed| self.shape(placed).as_halfspace().is_some())
     }
 }
 
 impl RobotFeet {
-    /// Those of a robot, the index and the colliders of which are `own`, on planes of `grounds` whose bases are there. `None` where
-    /// there are no feet, or more than lanes take.
+    /// Returns the feet of a robot, given by its index and colliders as `own`, on planes of `grounds` with
+    /// these base poses. Returns `None` if there are no feet, or more than lanes take.
     pub fn new<'a>(
         (robot, own): (usize, &RobotColliders),
         tree: &Tree,
@@ -56,7 +56,8 @@ impl RobotFeet {
         (!feet.pairs.is_empty() && feet.pairs.len() <= MOST_FEET).then_some(feet)
     }
 
-    /// Lists what of a robot may touch planes of another one. False where a ball is none that lanes can have.
+    /// Lists the shapes that may touch planes of another robot. Returns false if lanes cannot take one of the
+    /// balls.
     fn list(
         &mut self,
         (robot, own): (usize, &RobotColliders),
@@ -113,23 +114,23 @@ impl RobotFeet {
         true
     }
 
-    /// The pairs, in the order of contacts.
+    /// Returns the pairs, in the order of contacts.
     pub fn pairs(&self) -> &[FootPair] {
         &self.pairs
     }
 
-    /// What else may touch the planes.
+    /// Returns the other shapes that may touch the planes.
     pub fn guards(&self) -> &[Guard] {
         &self.guards
     }
 
-    /// Whether the planes are where they were, of robots with their bases there.
+    /// Returns whether the planes are unmoved, given the base poses of robots.
     pub fn stand_on(&self, base: impl Fn(usize) -> DPose3) -> bool {
         self.grounds.iter().all(|(robot, known)| base(*robot) == *known)
     }
 
-    /// What the surfaces of each pair are like together, of robots with these colliders. `None` where one of
-    /// them has not all of the colliders.
+    /// Returns the combined surfaces of each pair, for robots with these colliders. Returns `None` if one of
+    /// them lacks one of the colliders.
     pub fn surfaces<'a>(
         &self,
         colliders: impl Fn(usize) -> &'a RobotColliders,

@@ -1,7 +1,7 @@
-//! What a convex shape meets first of a height field on a straight way.
+//! First contact of a convex shape with a height field on a straight path.
 //!
-//! parry's cast looks beyond the grid for as far as the way is long, and no farther than under the shape on a way that does
-//! not change its height. What is below the surface is in the ground, as it is for overlaps.
+//! parry's cast looks beyond the grid for the whole length of the path. On a path of constant height it looks
+//! no farther than below the shape. Everything below the surface is in the ground, as for overlaps.
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
@@ -12,13 +12,13 @@ use super::facets::{Facets, above, ground};
 use super::first_touch::first_touch;
 use super::surface_distance::{nearest_on_surface, overlaps_surface, triangle_bounds};
 
-/// Triangles that are looked at before it is asked again whether the question was cancelled.
+/// Number of triangles between two calls of `is_cancelled`.
 const BETWEEN_CANCELS: usize = 256;
 
-/// Boxes are made larger by this, metres, and by this part of their size: far above rounding.
+/// Margin of boxes, metres, and as a part of their size: far above rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Up to the end of the way, and from its start where something overlaps there.
+/// Options of casts: up to the end of the path, and from its start if shapes overlap there.
 pub(super) const OPTIONS: ShapeCastOptions = ShapeCastOptions {
     max_time_of_impact: 1.0,
     target_distance: 0.0,
@@ -26,19 +26,19 @@ pub(super) const OPTIONS: ShapeCastOptions = ShapeCastOptions {
     compute_impact_geometry_on_penetration: true,
 };
 
-/// Where a shape meets another one, in the axes of that one.
+/// Contact of a shape with another one, in the axes of that one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ShapeHit {
-    /// The part of the way, 0 to 1.
+    /// Part of the path, 0 to 1.
     pub(super) fraction: f64,
-    /// On the surface.
+    /// Point on the surface.
     pub(super) point: DVec3,
-    /// Out of the surface.
+    /// Outward normal of the surface.
     pub(super) normal: DVec3,
 }
 
-/// Where a convex shape that goes by `way` first meets a field or its ground, all in the field's axes; `None` also once
-/// `is_cancelled`.
+/// Returns the first contact of a convex shape that moves by `way` with a field or its ground, all in the
+/// field's axes. Also returns `None` once `is_cancelled`.
 pub(super) fn cast_at_field(
     field: &HeightField,
     shape: &dyn Shape,
@@ -64,18 +64,18 @@ pub(super) fn cast_at_field(
     }
 }
 
-/// Where a point that is outside of the ground comes into it through one of its sides or from below.
+/// Returns where a point outside of the ground enters it through one of its sides or from below.
 fn enter_ground(field: &HeightField, from: DVec3, way: DVec3) -> Option<ShapeHit> {
     let ground = ground(field);
     let (fraction, _) = times_within(&ground, from, way)?;
     let point = (from + way * fraction).clamp(ground.mins, ground.maxs);
     above(field, point)?;
-    // The sides have no triangles that could have a normal.
+    // The sides have no triangles with a normal.
     Some(ShapeHit { fraction, point, normal: -way.normalize_or_zero() })
 }
 
-/// The same for the triangles of the surface. The way is looked at in pieces, of the triangles below each: what is met after a
-/// piece is not looked for where something is met within it.
+/// Returns the first contact with the triangles of the surface. The path is divided into pieces, each with
+/// the triangles below it: after a contact within a piece the rest is skipped.
 fn first_triangle(
     field: &HeightField,
     (shape, field_from_shape): (&dyn Shape, &DPose3),
@@ -84,7 +84,8 @@ fn first_triangle(
 ) -> Option<ShapeHit> {
     let start = shape.compute_aabb(field_from_shape);
     let half = start.half_extents();
-    // From as far away as the shape is large: a cast that begins where the two touch may be taken for a miss.
+    // From a distance of the shape's size: parry may miss a contact of a cast that begins while the two
+    // touch.
     let near = field.root_aabb().add_half_extents(2.0 * half);
     let (begin, end) = times_within(&near, start.center(), way)?;
     let from = DPose3::from_parts(field_from_shape.translation + way * begin, field_from_shape.rotation);
@@ -129,15 +130,15 @@ fn first_triangle(
     best.map(|hit| ShapeHit { fraction: begin + (end - begin) * hit.fraction, ..hit })
 }
 
-/// In how many pieces a way is looked at: each as long as a cell, or as the shape. They are not many more than the grid has cells on
-/// a side, as the way is one on which the shape is near.
+/// Returns the number of pieces of a path: each as long as a cell, or as the shape. There are not many more
+/// than the grid has cells on a side, since only the path near the field counts.
 fn pieces(field: &HeightField, half: DVec3, along: DVec3) -> usize {
     let of = |along: f64, cell: f64, half: f64| along.abs() / cell.max(2.0 * half);
     let [x, z] = [of(along.x, field.cell_width(), half.x), of(along.z, field.cell_height(), half.z)];
     x.max(z).ceil().max(1.0) as usize
 }
 
-/// The first and last part of a way, 0 to 1, within a box; `None` where it does not come into it.
+/// Returns the first and last part of a path, 0 to 1, within a box; `None` if it does not enter it.
 fn times_within(bounds: &Aabb, from: DVec3, way: DVec3) -> Option<(f64, f64)> {
     let least = (bounds.mins - from).to_array();
     let most = (bounds.maxs - from).to_array();

@@ -1,12 +1,13 @@
-//! Who touches whom: groups and masks of links, pairs of links that are switched off or on, and self-collision.
+//! Collision filtering: groups and masks of links, pairs of links that are disabled or enabled, and
+//! self-collision.
 //!
-//! The rule, in the order in which it is asked:
+//! The rule, in order of precedence:
 //!
-//! 1. Shapes of one body never touch; those of one robot only where it has self-collision.
-//! 2. A pair that was switched off does not touch, and one that was switched on does.
+//! 1. Shapes of one body never touch; those of one robot only with self-collision.
+//! 2. A disabled pair does not touch, and an enabled one does.
 //! 3. Links of one robot that a joint connects do not touch.
-//! 4. The others touch where one of the two is in a group that the other one touches: MuJoCo's rule for `contype` and
-//!    `conaffinity`, and PyBullet's for groups and masks.
+//! 4. Other links touch if one of the two is in a group that the other one touches. This is MuJoCo's rule for
+//!    `contype` and `conaffinity`, and PyBullet's for groups and masks.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,60 +17,60 @@ use serde::{Deserialize, Serialize};
 use super::colliders::{Placed, RobotColliders};
 use crate::dynamics::Tree;
 
-/// Pairs of colliders of different bodies that a robot with self-collision may have. They are kept, and a step in which it moves
-/// looks at each.
+/// Maximum number of pairs of colliders of different bodies for a robot with self-collision. They are stored,
+/// and a step in which the robot moves checks each.
 pub const MOST_OWN_PAIRS: u64 = 1_000_000;
 
-/// The groups that a link is in and those that it touches, a bit each.
+/// Groups that a link belongs to and groups that it touches, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Groups {
-    /// What it is in.
+    /// Groups that it belongs to.
     pub group: u32,
-    /// What it touches.
+    /// Groups that it touches.
     pub mask: u32,
 }
 
 impl Default for Groups {
-    /// In the first group, and touches all.
+    /// Returns membership in the first group, with contact to all.
     fn default() -> Self {
         Self { group: 1, mask: u32::MAX }
     }
 }
 
 impl Groups {
-    /// Whether one is in a group that the other one touches.
+    /// Returns whether one is in a group that the other one touches.
     pub fn allow(self, other: Self) -> bool {
         self.group & other.mask != 0 || other.group & self.mask != 0
     }
 }
 
-/// Two links that were switched off or on.
+/// Pair of links that is disabled or enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct LinkPair {
-    /// Indices of the links; of one robot the smaller first.
+    /// Links, by index; for one robot the smaller first.
     pub links: [usize; 2],
-    /// They touch, whatever groups and joints say; else they do not.
+    /// Whether they touch, regardless of groups and joints; if false, they never touch.
     pub enabled: bool,
 }
 
-/// The same of two robots.
+/// Pair of links of two robots that is disabled or enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct RobotLinkPair {
-    /// Indices of the robots, the smaller first.
+    /// Robots, by index, the smaller first.
     pub robots: [usize; 2],
-    /// A link of each.
+    /// Pair of one link of each.
     pub pair: LinkPair,
 }
 
-/// What of one robot touches what of another one.
+/// Collision filter between two robots.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Filter<'a> {
-    /// Of the two robots, in order.
+    /// Pairs of the two robots, in order.
     pairs: &'a [RobotLinkPair],
 }
 
 impl<'a> Filter<'a> {
-    /// For two robots, the smaller index first, of all pairs of a world, which are in order.
+    /// Returns the filter for two robots, the smaller index first, from all sorted pairs of a world.
     pub fn between(robots: [usize; 2], pairs: &'a [RobotLinkPair]) -> Self {
         if pairs.is_empty() {
             return Self::default();
@@ -79,7 +80,7 @@ impl<'a> Filter<'a> {
         Self { pairs: &pairs[start..start + length] }
     }
 
-    /// Whether two links were switched on or off.
+    /// Returns whether a pair of links was enabled or disabled; `None` if neither.
     pub fn switched(&self, links: [usize; 2]) -> Option<bool> {
         let index = self.pairs.binary_search_by_key(&links, |of| of.pair.links).ok()?;
         Some(self.pairs[index].pair.enabled)
@@ -91,9 +92,9 @@ impl<'a> Filter<'a> {
 }
 
 impl RobotColliders {
-    /// Says what touches what: whether the robot touches itself, the groups of each of its links (those left out
-    /// are as they are by default), and its own pairs that were switched off or on, in order. One that touches itself has at most
-    /// [`MOST_OWN_PAIRS`], which is to be checked before.
+    /// Sets the filter: whether the robot touches itself, the groups of each of its links, and its own
+    /// disabled or enabled pairs, in order. Links beyond the list keep the default groups. A robot that
+    /// touches itself has at most [`MOST_OWN_PAIRS`], which the caller must check.
     pub fn set_filter(&mut self, tree: &Tree, self_collision: bool, groups: &[Groups], pairs: &[LinkPair]) {
         for placed in &mut self.placed {
             placed.groups = groups.get(placed.link).copied().unwrap_or_default();
@@ -102,7 +103,7 @@ impl RobotColliders {
         if !self_collision {
             return;
         }
-        // Colliders of a link lie one after the other, and those of two links all touch each other or none does.
+        // Colliders of a link are adjacent, and those of two links all touch each other or none does.
         let mut start = 0;
         let of_link = |colliders: &[Placed]| {
             let range = start..start + colliders.len();
@@ -132,7 +133,8 @@ impl RobotColliders {
         }
     }
 
-    /// How many pairs of colliders are of different bodies: no more than those may touch each other, whatever the filter is.
+    /// Returns the number of pairs of colliders of different bodies, an upper bound for self-collision with
+    /// any filter.
     pub fn most_own_pairs(&self) -> u64 {
         let mut of_body: BTreeMap<Option<usize>, u64> = BTreeMap::new();
         for placed in &self.placed {
@@ -146,7 +148,7 @@ impl RobotColliders {
         pairs
     }
 
-    /// Whether two colliders, of this robot and of another one, may touch.
+    /// Returns whether two colliders, of this robot and of another one, may touch.
     pub fn may_touch(
         &self,
         collider: usize,
@@ -160,13 +162,13 @@ impl RobotColliders {
         }
     }
 
-    /// Whether two colliders of this robot may touch; the smaller index comes first.
+    /// Returns whether two colliders of this robot may touch; the smaller index comes first.
     pub fn may_self_collide(&self, colliders: [usize; 2]) -> bool {
         self.own_pairs.binary_search(&colliders).is_ok()
     }
 }
 
-/// Whether a joint connects two bodies of a robot. The bodies of a planar joint are one link.
+/// Returns whether a joint connects two bodies of a robot. The bodies of a planar joint are one link.
 pub fn is_joined(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
     let above = |body: Option<usize>| {
         let mut at = body?;
@@ -174,7 +176,7 @@ pub fn is_joined(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
         while let Some(parent) = tree.bodies[at].parent.filter(|&up| tree.bodies[up].joint == joint) {
             at = parent;
         }
-        // A free root hangs on nothing that it could touch.
+        // A free root has no parent that it could touch.
         Some(tree.bodies[at].parent)
     };
     above(a) == Some(b) || above(b) == Some(a)

@@ -1,5 +1,5 @@
-//! Pairs of colliders that no motion of joints is sure to separate: those of one robot, and of two that are fixed to
-//! the world. Initial overlaps between them are ignored.
+//! Pairs of colliders that joint motion may be unable to separate: within one robot, and between two robots
+//! fixed to the world. Initial overlaps between them are ignored.
 
 use super::colliders::RobotColliders;
 use super::filter::Filter;
@@ -8,64 +8,64 @@ use super::near_facets::NearFacets;
 use super::separation::{Solid, overlap_by, separation};
 use crate::dynamics::contact_point::ContactPoint;
 
-/// An initial overlap deeper than this is ignored, metres: less is what rounding and resting contact
-/// leave. Of thin shapes half of what fits into them.
+/// Depth from which an initial overlap is ignored, metres: rounding and resting contacts cause smaller ones.
+/// For thin shapes it is half of the ball inside them.
 const DEEP: f64 = 1e-3;
 
-/// The same at the least.
+/// Lower bound of that depth, metres.
 const LEAST_DEEP: f64 = 1e-4;
 
-/// Colliders with a larger gap between them than this are not looked at one by one, metres.
+/// Gap beyond which colliders are not tested one by one, metres.
 const NEAR: f64 = 0.1;
 
-/// The fraction of a distance that is relied on: GJK ends within 1e-7 of it.
+/// Part of a distance that is relied on: GJK ends within 1e-7 of it.
 const EXACT: f64 = 0.999;
 
-/// The fraction of the distance between an ignored pair and its separation that is relied on.
+/// Part of the distance to separation of an ignored pair that is relied on.
 const TRUSTED: f64 = 0.5;
 
-/// What is known of two robots, or of one and itself.
+/// Knowledge about two robots, or about one and itself.
 ///
-/// The ignored pairs are state of the world. The rest is a cache, and what is found is the same without it: as long
-/// as nothing has moved as far as the nearest pair is from touching, or the shallowest ignored pair from separating,
-/// nothing touches and nothing separates.
+/// The ignored pairs are state of the world. The rest is a cache, and results are equal without it. As long
+/// as no shape has moved by the nearest pair's distance, or by the shallowest ignored pair's, nothing touches
+/// and nothing separates.
 #[derive(Clone, Debug)]
 pub struct FixedPair {
-    /// Indices of the two robots, the smaller first.
+    /// Robots, by index, the smaller first.
     pub robots: [usize; 2],
     /// Pairs of colliders that overlapped initially and have not separated since, in order.
     pub ignored: Vec<[usize; 2]>,
-    /// Nothing touches while the sum of the two robots' paths and reaches is below this.
+    /// Sum of the two robots' paths and reaches below which nothing touches.
     separated_until: f64,
-    /// Nothing separates while the sum of their paths is below this.
+    /// Sum of their paths below which nothing separates.
     overlapping_until: f64,
 }
 
 impl FixedPair {
-    /// Of two robots with these ignored pairs of colliders.
+    /// Creates the pair with these ignored pairs of colliders.
     pub fn new(robots: [usize; 2], ignored: Vec<[usize; 2]>) -> Self {
         Self { robots, ignored, separated_until: f64::NEG_INFINITY, overlapping_until: f64::NEG_INFINITY }
     }
 
-    /// To be called when other pairs of colliders may touch than before: what is known of distances is forgotten.
+    /// Discards known distances. Call it when the set of colliders that may touch has changed.
     pub fn forget_distances(&mut self) {
         (self.separated_until, self.overlapping_until) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     }
 }
 
-/// One query of two robots.
+/// Query of two robots.
 #[derive(Clone, Copy)]
 struct Query<'a> {
     robots: [&'a RobotColliders; 2],
-    /// What may touch, of two.
+    /// Collision filter between two robots.
     filter: Filter<'a>,
-    /// They are one.
+    /// Whether the two are one robot.
     own: bool,
-    /// One of them was teleported since the last query.
+    /// Whether one of them was teleported since the last query.
     teleported: bool,
-    /// Contacts are looked for at least this far from what moves, metres.
+    /// Minimum distance from moving colliders within which contacts are looked for, metres.
     slack: f64,
-    /// Their paths together.
+    /// Sum of their paths.
     path: f64,
     interrupt: &'a dyn Fn() -> bool,
 }
@@ -73,25 +73,25 @@ struct Query<'a> {
 /// Scratch of a query.
 #[derive(Default)]
 pub(super) struct FixedPairScratch {
-    /// Pairs that were ignored before it.
+    /// Pairs that were ignored before the query.
     before: Vec<[usize; 2]>,
     points: Vec<ContactPoint>,
-    /// Colliders of the first robot that are near the second, and of the second that are near one of the first.
+    /// Colliders of the first robot near the second, and of the second near one of the first.
     near: [Vec<usize>; 2],
-    /// Robots, 0 or 1, and their bodies that deeply overlap the other one initially.
+    /// Robots, 0 or 1, and their bodies with deep initial overlaps.
     stuck: Vec<(usize, Option<usize>)>,
 }
 
 impl NarrowPhase {
-    /// Like [`NarrowPhase::between`] for two robots that are fixed to the world, or for one and itself, except that initial
-    /// overlaps are ignored. `teleported` says whether one of them was since the last query; contacts are looked for at
-    /// least `slack` metres from what moves. False where it was interrupted; then `known` is of no use.
+    /// Like [`NarrowPhase::between`] for two robots that are fixed to the world, or for one and itself, but
+    /// ignores initial overlaps. `teleported` says whether one of them was since the last query. Contacts are
+    /// looked for at least `slack` metres from moving colliders. Returns false if interrupted; `known` is
+    /// then unusable.
     ///
     /// * A pair that overlaps by more than [`DEEP`] after a teleport is ignored.
-    /// * Of two robots a pair that is nearer to each other than contacts are looked for at rest is
-    ///   ignored if each of its bodies is in one of those deep pairs: two arms at one place have neighbours that
-    ///   overlap a little, or nearly.
-    /// * An ignored pair does not touch until it is farther apart than contacts are looked for at rest.
+    /// * A pair of two robots within the contact distance at rest is ignored if each of its bodies is in one
+    ///   of those deep pairs. Two arms at one place have neighbours that overlap a little, or nearly.
+    /// * An ignored pair does not touch until it is farther apart than the contact distance at rest.
     pub fn between_fixed(
         &mut self,
         robots @ [a, b]: [&RobotColliders; 2],
@@ -120,7 +120,7 @@ impl NarrowPhase {
         } else {
             let mut near = std::mem::take(&mut scratch.near);
             let [near_b, near_first] = &mut near;
-            // What is not near has a gap of `NEAR` at the least.
+            // Colliders that are not near have a gap of at least `NEAR`.
             a.near(&b.bounds.loosened(NEAR), near_b);
             let mut far = near_b.len() < a.placed.len();
             for &i in &*near_b {
@@ -149,7 +149,7 @@ impl NarrowPhase {
         is_whole
     }
 
-    /// Decides whether a pair of colliders is ignored, separate or in contact. False where it was interrupted.
+    /// Decides whether a pair of colliders is ignored, separate or in contact. Returns false if interrupted.
     fn classify(
         &mut self,
         query: &Query<'_>,
@@ -207,7 +207,7 @@ impl NarrowPhase {
             known.note_separation(query, separation);
             return true;
         }
-        // Something may touch: the cache holds nothing for the next query.
+        // A contact is possible: the cache is invalid for the next query.
         known.separated_until = f64::NEG_INFINITY;
         let start = scratch.points.len();
         let is_whole =
@@ -232,13 +232,13 @@ impl Query<'_> {
 }
 
 impl FixedPair {
-    /// Notes that a pair is this far apart.
+    /// Records the distance of a pair.
     fn note_separation(&mut self, query: &Query<'_>, distance: f64) {
         self.separated_until = self.separated_until.min(query.path + EXACT * distance);
     }
 }
 
-/// Ignores pairs that are near each other and deeply overlap on both sides.
+/// Ignores pairs that are near each other and whose bodies both overlap deeply.
 fn ignore_near(query: &Query<'_>, known: &mut FixedPair, scratch: &FixedPairScratch) {
     let deep = known.ignored.len();
     for points in scratch.points.chunk_by(|a, b| a.colliders == b.colliders) {

@@ -1,4 +1,4 @@
-//! Colliders as plain data, for those who draw them: read back from the shapes that the physics touches with.
+//! Colliders as plain data for drawing, read back from the shapes that the physics uses.
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::shape::{Shape, ShapeType, TypedShape};
@@ -8,75 +8,75 @@ use super::Shapes;
 use super::shapes::{Part, upright};
 use crate::dynamics::Tree;
 
-/// A shape that a robot touches with.
+/// Collision shape of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collider {
-    /// Index of the link.
+    /// Link, by index.
     pub link: usize,
     /// `link_from_shape`.
     pub link_from_shape: DPose3,
-    /// In the shape's frame.
+    /// Geometry in the shape's frame.
     pub geometry: ColliderGeometry,
 }
 
-/// What a collider is. Metres; cylinders, capsules and cones are about z.
+/// Geometry of a collider, metres; the axis of cylinders, capsules and cones is z.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ColliderGeometry {
-    /// Full lengths of the sides, centred on the origin.
+    /// Box, centred on the origin.
     Box {
-        /// Along each axis.
+        /// Full side lengths along each axis.
         size: DVec3,
     },
-    /// Centred on the origin.
+    /// Sphere, centred on the origin.
     Sphere {
-        /// Its radius.
+        /// Radius.
         radius: f64,
     },
-    /// Centred on the origin.
+    /// Cylinder, centred on the origin.
     Cylinder {
-        /// Its radius.
+        /// Radius.
         radius: f64,
-        /// Along z.
+        /// Length along z.
         length: f64,
     },
-    /// Centred on the origin.
+    /// Capsule, centred on the origin.
     Capsule {
-        /// Of the cylinder and of the caps.
+        /// Radius of the cylinder and of the caps.
         radius: f64,
-        /// Along z, without the caps.
+        /// Length along z, without the caps.
         length: f64,
     },
-    /// Its base at -`length` / 2, its apex at `length` / 2.
+    /// Cone with its base at -`length` / 2 and its apex at `length` / 2.
     Cone {
-        /// Of the base.
+        /// Radius of the base.
         radius: f64,
-        /// Along z.
+        /// Length along z.
         length: f64,
     },
-    /// A half-space: all below the plane through the origin is inside.
+    /// Half-space: all below the plane through the origin is inside.
     Plane {
-        /// Of unit length.
+        /// Unit normal.
         normal: DVec3,
     },
-    /// The convex hull of a mesh, one of its convex parts, or its triangles themselves, with the mesh's scale applied.
+    /// Convex hull of a mesh, one of its convex parts, or its triangles, with the mesh's scale applied.
     Convex {
-        /// By which [`Shapes::convex_mesh`] finds it.
+        /// Hash by which [`Shapes::convex_mesh`] finds it.
         sha256: Sha256,
     },
 }
 
-/// The surface of a collider that is convex or of triangles, in the shape's frame.
+/// Surface of a collider that is convex or consists of triangles, in the shape's frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvexMesh {
-    /// Metres.
+    /// Vertices, metres.
     pub vertices: Vec<DVec3>,
     /// Indices into `vertices`, counterclockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl ConvexMesh {
-    /// The surface of parry's polyhedron, whose faces become fans of triangles, and of what is of triangles; `None` of
-    /// other shapes.
+    /// Returns the surface of parry's polyhedron, whose faces become fans of triangles, or of a triangle
+    /// shape; `None` for other shapes.
     pub(super) fn of(shape: &dyn Shape) -> Option<Self> {
         let (vertices, triangles) = match shape.as_typed_shape() {
             TypedShape::ConvexPolyhedron(hull) => hull.to_trimesh(),
@@ -87,7 +87,7 @@ impl ConvexMesh {
         Some(Self { vertices, triangles })
     }
 
-    /// The hash of the numbers, little-endian.
+    /// Returns the hash of the numbers, little-endian.
     pub fn sha256(&self) -> Sha256 {
         let coordinates =
             self.vertices.iter().flat_map(|vertex| vertex.to_array()).flat_map(f64::to_le_bytes);
@@ -97,7 +97,7 @@ impl ConvexMesh {
 }
 
 impl Part {
-    /// Whether it touches anything: a plane that could move does not.
+    /// Returns whether it touches anything; a plane that could move does not.
     pub(super) fn is_used(&self, tree: &Tree) -> bool {
         let is_plane = self.shape.shape_type() == ShapeType::HalfSpace;
         tree.links.get(self.link).is_some_and(|frame| frame.body.is_none() || !is_plane)
@@ -120,7 +120,7 @@ impl Part {
                 ColliderGeometry::Capsule { radius: capsule.radius, length: capsule.height() }
             }
             TypedShape::HalfSpace(plane) => ColliderGeometry::Plane { normal: plane.normal },
-            // `shapes` makes no other.
+            // `shapes` creates no other.
             _ => ColliderGeometry::Convex { sha256: self.surface? },
         };
         Some(Collider { link: self.link, link_from_shape, geometry })
@@ -128,12 +128,12 @@ impl Part {
 }
 
 impl Shapes {
-    /// What a robot of this tree touches with, link by link.
+    /// Returns the colliders of a robot of this tree, link by link.
     pub fn colliders(&self, tree: &Tree) -> impl Iterator<Item = Collider> {
         self.parts.iter().filter(|part| part.is_used(tree)).filter_map(Part::collider)
     }
 
-    /// The collider of this hash; `None` where the robot has none.
+    /// Returns the collider of this hash; `None` if the robot has none.
     pub fn convex_mesh(&self, sha256: &Sha256) -> Option<ConvexMesh> {
         let part = self.parts.iter().find(|part| part.surface.as_ref() == Some(sha256))?;
         ConvexMesh::of(&*part.shape)

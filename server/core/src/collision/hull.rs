@@ -1,29 +1,29 @@
-//! The corners of a convex hull and which are next to each other, so that what lies farthest in a direction is found
-//! without a look at all of them.
+//! Edges of a convex hull, by which the farthest corner in a direction is found without a scan of all
+//! corners.
 
 use glamx::DVec3;
 use rapier3d_f64::parry::shape::ConvexPolyhedron;
 
-/// Fewer corners than this are looked at one by one.
+/// Number of corners below which all are scanned.
 const WORTH_A_GRAPH: usize = 24;
 
-/// Corners of the largest hull that has a graph.
+/// Number of corners of the largest hull with a graph.
 const MOST: usize = 1_024;
 
-/// Directions from which the search begins: so many by so many on each side of a cube.
+/// Number of start directions along each side of a cube's face.
 const SIDE: usize = 4;
 
-/// The edges of a hull.
+/// Edges of a hull.
 pub(super) struct Graph {
-    /// Where the neighbours of each corner begin, and where the last ones end.
+    /// Offset of the neighbours of each corner, and the end of the last ones.
     first: Vec<u32>,
     neighbours: Vec<u16>,
-    /// Of each direction the corner that is the farthest.
+    /// Farthest corner in each start direction.
     starts: Vec<u16>,
 }
 
 impl Graph {
-    /// Of a hull with enough corners, and not too many.
+    /// Returns the graph of a hull with enough corners, and not too many.
     pub(super) fn of(hull: &ConvexPolyhedron) -> Option<Self> {
         let points = hull.points();
         if !(WORTH_A_GRAPH..=MOST).contains(&points.len()) {
@@ -39,7 +39,7 @@ impl Graph {
         edges.dedup();
         let first = (0..=points.len()).map(|corner| edges.partition_point(|(a, _)| usize::from(*a) < corner));
         let first = first.map(u32::try_from).collect::<Result<Vec<_>, _>>().ok()?;
-        // One without an edge would end a search that begins at it.
+        // A corner without an edge would end a search that begins at it.
         if first.windows(2).any(|pair| pair[0] == pair[1]) {
             return None;
         }
@@ -58,7 +58,8 @@ impl Graph {
         &self.neighbours[self.first[corner] as usize..self.first[corner + 1] as usize]
     }
 
-    /// The corner that lies farthest along a direction, over edges that lead up, from one that the direction alone gives.
+    /// Returns the corner that lies farthest along a direction, over ascending edges from a corner that
+    /// depends on the direction only.
     pub(super) fn farthest(&self, points: &[DVec3], along: DVec3) -> usize {
         let mut corner = usize::from(self.starts[cell::<SIDE>(along)]);
         let mut far = points[corner].dot(along);
@@ -76,8 +77,9 @@ impl Graph {
         }
     }
 
-    /// Calls `found` with each corner that is at least so far along a direction, in their order: from the farthest one,
-    /// to which every step leads up, over edges between such corners. They are connected, because the hull is convex.
+    /// Calls `found` with each corner that is at least `least` along a direction, in their order. It starts
+    /// from the farthest one, to which every step leads up, over edges between such corners. They are
+    /// connected, because the hull is convex.
     pub(super) fn beyond(&self, points: &[DVec3], along: DVec3, least: f64, mut found: impl FnMut(DVec3)) {
         let corner = self.farthest(points, along);
         if points[corner].dot(along) < least {
@@ -110,7 +112,7 @@ impl Graph {
     }
 }
 
-/// The middle of a cell of the cube.
+/// Returns the centre of a cell of the cube.
 fn direction(cell: usize) -> DVec3 {
     let part = |i: usize| (2 * i + 1) as f64 / SIDE as f64 - 1.0;
     let (face, u, v) = (cell / (SIDE * SIDE), part(cell / SIDE % SIDE), part(cell % SIDE));
@@ -122,7 +124,7 @@ fn direction(cell: usize) -> DVec3 {
     }
 }
 
-/// The cell that a direction points into, of so many by so many on each side of a cube.
+/// Returns the cell that a direction points into, of `SIDE` by `SIDE` on each face of a cube.
 pub(super) fn cell<const SIDE: usize>(direction: DVec3) -> usize {
     let size = direction.abs();
     let axis = if size.x >= size.y && size.x >= size.z {
@@ -139,7 +141,7 @@ pub(super) fn cell<const SIDE: usize>(direction: DVec3) -> usize {
     };
     let part = |at: f64| {
         let cell = (at / out.abs() + 1.0) * 0.5 * SIDE as f64;
-        // What is not a number begins anywhere.
+        // NaN begins anywhere.
         (cell as usize).min(SIDE - 1)
     };
     let face = 2 * axis + usize::from(out < 0.0);
@@ -152,7 +154,7 @@ mod tests {
 
     use super::*;
 
-    /// A hull of some 200 corners of a lopsided egg, with flat ends.
+    /// Returns a hull of some 200 corners of a lopsided egg, with flat ends.
     fn hull() -> SharedShape {
         let corner = |i: u32| {
             let (z, turn) = (1.0 - f64::from(i) / 120.0, f64::from(i) * 2.4);

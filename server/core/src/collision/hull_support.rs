@@ -1,8 +1,9 @@
-//! A convex hull as GJK and the clipping of faces ask it: which corner lies farthest in a direction, and which face looks there.
+//! Support functions of a convex hull for GJK and clipping: the farthest corner in a direction, and the face
+//! in that direction.
 //!
-//! parry scans all corners, and all faces, of which it takes the first four corners: of a round sole with a hundred corners a
-//! sliver at its edge. Here corners are found over edges, faces are those about the farthest corner, and four corners of a face are
-//! taken that span it.
+//! parry scans all corners and all faces, and takes the first four corners of a face. For a round sole with a
+//! hundred corners this is a sliver at its edge. Here corners are found over edges, faces are those at the
+//! farthest corner, and the four corners span the face.
 
 use glamx::DVec3;
 use rapier3d_f64::parry::shape::{
@@ -11,27 +12,28 @@ use rapier3d_f64::parry::shape::{
 
 use super::hull::Graph;
 
-/// Corners of a face that parry clips.
+/// Number of corners of a face that parry clips.
 const CLIPPED: usize = 4;
 
-/// A hull with its edges, where it has many corners.
+/// A hull, with its edges if it has many corners.
 pub(super) struct HullSupport<'a> {
     hull: &'a ConvexPolyhedron,
     graph: Option<&'a Graph>,
 }
 
 impl<'a> HullSupport<'a> {
-    /// Of a shape that is a hull.
+    /// Returns the support of a shape that is a hull.
     pub(super) fn of(shape: &'a dyn Shape, graph: Option<&'a Graph>) -> Option<Self> {
         shape.as_convex_polyhedron().map(|hull| Self { hull, graph })
     }
 
-    /// The face that looks most into a direction: of those about the corner that lies farthest there, or of all.
+    /// Returns the face whose normal is nearest to a direction: among those at the corner that lies farthest
+    /// there, or among all.
     fn face(&self, direction: DVec3) -> usize {
         let faces = self.hull.faces();
         let towards =
             |face: &usize| faces.get(*face).map_or(f64::NEG_INFINITY, |face| face.normal.dot(direction));
-        // Of equals the first.
+        // On ties the first.
         let best = |all: &mut dyn Iterator<Item = usize>| {
             all.reduce(|best, next| if towards(&next) > towards(&best) { next } else { best })
         };
@@ -44,8 +46,9 @@ impl<'a> HullSupport<'a> {
         about.or_else(|| best(&mut (0..faces.len()))).unwrap_or(0)
     }
 
-    /// Up to four corners of a face, as indices into its list, in order: all, or four that span it. The direction in which the first
-    /// lies farthest is fixed to the hull's axes, so that a contact keeps its points while it rests.
+    /// Returns up to four corners of a face in order, as indices into its list: all, or four that span it.
+    /// The direction for the first one is fixed to the hull's axes, so that a resting contact keeps its
+    /// points.
     fn spanning(&self, corners: &[u32], normal: DVec3) -> ([usize; CLIPPED], usize) {
         if corners.len() <= CLIPPED {
             return ([0, 1, 2, 3], corners.len());
@@ -115,7 +118,7 @@ mod tests {
 
     use super::*;
 
-    /// A prism with so many sides, about z.
+    /// Returns a prism with `sides` sides, about z.
     fn prism(sides: u32) -> SharedShape {
         let corner = |i: u32| {
             let turn = f64::from(i / 2) * std::f64::consts::TAU / f64::from(sides);
@@ -124,7 +127,7 @@ mod tests {
         SharedShape::convex_hull(&(0..2 * sides).map(corner).collect::<Vec<_>>()).unwrap()
     }
 
-    /// Of a regular polygon of n sides the largest quadrilateral is a square: 2 of n / 2 sin(2 pi / n).
+    /// The largest quadrilateral in a regular polygon of n sides is a square: 2 of n / 2 sin(2 pi / n).
     #[test]
     fn four_corners_span_a_face_of_many() {
         for sides in [5, 6, 12, 40] {
@@ -136,7 +139,7 @@ mod tests {
             assert_eq!(found.num_vertices, 4, "{sides}");
             let corner = |i: usize| found.vertices[i % 4];
             assert!((0..4).all(|i| (corner(i).z - 0.5).abs() < 1e-12));
-            // In turn about the normal: each corner turns the same way.
+            // In order about the normal: each corner turns the same way.
             let turns = (0..4).map(|i| (corner(i + 1) - corner(i)).cross(corner(i + 2) - corner(i + 1)).z);
             let turns: Vec<f64> = turns.collect();
             assert!(

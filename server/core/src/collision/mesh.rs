@@ -1,4 +1,4 @@
-//! What a mesh becomes: a surface of its triangles, its convex hull, or several convex parts.
+//! Collision shapes of a mesh: a surface of its triangles, its convex hull, or several convex parts.
 
 use std::sync::Arc;
 
@@ -15,17 +15,17 @@ use super::proxy::{ProxyShape, largest_distance};
 use super::shapes::{Made, Way};
 use super::simplify::simplified;
 
-/// A plate this thin still has a volume, metres.
+/// Smallest thickness of a plate with a volume, metres.
 const THINNEST: f64 = 1e-6;
 
-/// The hull of a mesh with more corners than this is made simpler: the time
-/// that a hull takes is then bounded, and so is what a contact with it costs.
+/// Number of corners above which a hull is simplified. This bounds the time to make a hull and the cost of
+/// its contacts.
 const MOST_POINTS: usize = 1_000;
 
-/// A mesh with more triangles than this is not taken apart: its hull stands for it.
+/// Number of triangles above which a mesh is not decomposed; its hull replaces it.
 const MOST_DIVIDED: usize = 100_000;
 
-/// How finely a mesh is taken apart, and into how many parts at the most.
+/// Resolution and maximum number of parts of a decomposition.
 const DECOMPOSITION: VHACDParameters = VHACDParameters {
     concavity: 0.01,
     alpha: 0.05,
@@ -38,7 +38,7 @@ const DECOMPOSITION: VHACDParameters = VHACDParameters {
     max_convex_hulls: 32,
 };
 
-/// What a mesh became.
+/// Shapes made of a mesh.
 #[derive(Clone)]
 pub(super) struct MadeMesh {
     pub(super) shapes: Vec<Made>,
@@ -49,12 +49,12 @@ pub(super) struct MadeMesh {
     pub(super) simpler_by: Option<f64>,
 }
 
-/// Whether the triangles of a mesh are those of a height field.
+/// Returns whether the triangles of a mesh form a height field.
 pub(super) fn is_field(mesh: &MeshAsset, scale: DVec3) -> bool {
     mesh.grid.is_some() && scale.min_element() > 0.0
 }
 
-/// What a mesh becomes, or what stands in where that cannot be.
+/// Returns the shapes of a mesh, or a replacement if they cannot be made.
 pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh {
     let facets = || match &mesh.grid {
         Some(grid) if is_field(mesh, scale) => facets::height_field(mesh, grid, scale),
@@ -80,7 +80,7 @@ pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh 
     MadeMesh { shapes, kind, distance, simpler_by }
 }
 
-/// Convex parts of a mesh; none where it cannot be taken apart.
+/// Returns the convex parts of a mesh; empty if it cannot be decomposed.
 fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let first = points.first().copied().unwrap_or_default();
@@ -93,7 +93,8 @@ fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     parts.into_iter().filter_map(|(points, _)| convex(&fewer(points).0)).collect()
 }
 
-/// Corners with the same hull, or nearly: and how far any other one lies outside of its faces, where they are fewer.
+/// Returns corners with nearly the same hull. If they are fewer, also returns how far any other corner lies
+/// outside of its faces, metres.
 fn fewer(points: Vec<DVec3>) -> (Vec<DVec3>, Option<f64>) {
     if points.len() <= MOST_POINTS {
         return (points, None);
@@ -102,7 +103,7 @@ fn fewer(points: Vec<DVec3>) -> (Vec<DVec3>, Option<f64>) {
     (kept, Some(error))
 }
 
-/// The convex hull of a mesh, and by how much it was made simpler; of one that is flat, its bounding box.
+/// Returns the convex hull of a mesh, and the error of its simplification; for a flat mesh, its bounding box.
 fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<(Made, Option<f64>)> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let (points, simpler_by) = fewer(points);
@@ -112,7 +113,7 @@ fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<(Made, Option<f64>)> {
     if let Some(hull) = solid.then(|| convex(&points)).flatten() {
         return Some((hull, simpler_by));
     }
-    // The box stands where the points are, not about the origin.
+    // The box is centred at the points, not at the origin.
     let half = ((most - least) / 2.0).max(DVec3::splat(THINNEST));
     let around = Made {
         own_from_shape: DPose3::from_translation((most + least) / 2.0),
@@ -121,7 +122,7 @@ fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<(Made, Option<f64>)> {
     Some((around, None))
 }
 
-/// The convex hull of points, or `None` where they have none.
+/// Returns the convex hull of points, or `None` if they have none.
 fn convex(points: &[DVec3]) -> Option<Made> {
     let shape = SharedShape::convex_hull(points)?;
     let surface = ConvexMesh::of(&*shape).map(|mesh| mesh.sha256());

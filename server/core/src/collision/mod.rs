@@ -1,18 +1,20 @@
-//! What robots touch with, and where. The types of rapier and parry do not leave this module.
+//! Collision shapes and contacts of robots. The types of rapier and parry do not leave this module.
 //!
 //! * [`Shapes`]: the shapes of a robot, made once, away from the physics thread.
-//! * [`RobotColliders`]: those of one robot in the world, and where they are.
+//! * [`RobotColliders`]: the shapes of one robot in the world, and their poses.
 //! * `clearance`: how far a robot can move before it touches anything.
-//! * [`Collider`]: one of them as plain data, for those who draw it.
-//! * [`Filter`], [`Groups`]: what of two robots, and of one, touches what.
-//! * [`BroadPhase`]: which robots are near each other.
-//! * [`NarrowPhase`]: where two robots' shapes touch; [`FixedPair`]: its cache for two that cannot be separated.
-//! * [`scene`]: shapes at one moment, for questions: [`rays`] that hit them, [`distance`] between them, overlaps.
+//! * [`Collider`]: one of them as plain data for drawing.
+//! * [`Filter`], [`Groups`]: collision filtering between two robots, and within one.
+//! * [`BroadPhase`]: pairs of robots near each other.
+//! * [`NarrowPhase`]: contacts of two robots' shapes; [`FixedPair`]: its cache for two that cannot be
+//!   separated.
+//! * [`scene`]: shapes at one moment, for queries: [`rays`] that hit them, [`distance`] between them,
+//!   overlaps.
 //!
-//! Collision knows dynamics (trees, and how bodies move); dynamics does not know collision.
+//! Collision depends on dynamics (trees, and motion of bodies); dynamics does not depend on collision.
 //!
-//! Nothing here depends on the steps before: equal poses give equal contacts to the bit, so
-//! a restored state goes on as the original did.
+//! Nothing here depends on previous steps: equal poses give equal contacts to the bit. A restored state
+//! therefore continues as the original did.
 
 mod bounds;
 mod broad;

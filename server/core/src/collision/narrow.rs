@@ -1,4 +1,4 @@
-//! Where the shapes of two robots touch, or are about to.
+//! Narrow phase: contacts of two robots' shapes that touch, or are about to.
 
 use std::fmt;
 
@@ -22,30 +22,30 @@ use super::reduce::{MOST, SAME, needs_middle, reduce};
 use super::seams::{is_seam, seam_height};
 use crate::dynamics::contact_point::{ContactPoint, SurfaceCombination};
 
-/// Faces whose edges lie on each other are clipped with one of them moved aside by this, metres: far above rounding, and
-/// too little to change what they carry.
+/// Displacement of one of two clipped faces whose edges coincide, metres: far above rounding, and too small
+/// to change their loads.
 const ASIDE: f64 = 1e-10;
 
-/// Pairs of colliders that are looked at before it is asked again whether the step is interrupted.
+/// Number of pairs of colliders between two calls of the interrupt.
 const BETWEEN_INTERRUPTS: u32 = 256;
 
-/// Finds touching points. Keeps its memory from step to step, and no more.
+/// Finds contact points. Reuses its memory, and keeps no other state.
 #[derive(Default)]
 pub struct NarrowPhase {
     manifold: ContactManifold<(), ()>,
-    /// Position and distance, in the first shape's axes.
+    /// Position and distance of each point, in the first shape's axes.
     points: Vec<(DVec3, f64)>,
-    /// The same points on the second shape, in its axes.
+    /// Points on the second shape, in its axes.
     opposite: Vec<DVec3>,
-    /// Colliders of the first robot that are near the second, and the other way round.
+    /// Colliders of the first robot near the second, and the other way round.
     near: [Vec<usize>; 2],
-    /// Triangles of each that are near the other one.
+    /// Triangles of each robot near the other one.
     near_facets: NearFacets,
-    /// Of surfaces that touch; to be set before it is looked for contacts.
+    /// Combination of touching surfaces; to be set before the search for contacts.
     pub combination: SurfaceCombination,
-    /// Pairs of colliders whose bounds were compared, since it was set to 0.
+    /// Number of pairs of colliders whose bounds were compared, since it was set to 0.
     pub compared: u64,
-    /// Pairs of colliders since it was asked whether the step is interrupted.
+    /// Number of pairs of colliders since the last call of the interrupt.
     since_asked: u32,
     facets: FacetContact,
     pub(super) fixed_pairs: FixedPairScratch,
@@ -58,8 +58,8 @@ impl fmt::Debug for NarrowPhase {
 }
 
 impl NarrowPhase {
-    /// Calls `found` with each point where two robots touch or are about to, in a fixed order: of two whose bounds meet. False where it
-    /// was interrupted.
+    /// Calls `found` with each contact point of two robots whose bounds meet, in a fixed order. Returns false
+    /// if interrupted.
     pub fn between(
         &mut self,
         [a, b]: [&RobotColliders; 2],
@@ -72,7 +72,7 @@ impl NarrowPhase {
         if let ([first], [second]) = (&a.placed[..], &b.placed[..])
             && !(a.has_facets() || b.has_facets())
         {
-            // Their bounds are those of the robots.
+            // Their bounds are the robots' bounds.
             self.compared += 1;
             let moves = first.body.is_some() || second.body.is_some();
             let is_whole = !(moves && filter.allows(first, second))
@@ -81,7 +81,7 @@ impl NarrowPhase {
             self.near_facets = facets;
             return is_whole;
         }
-        // Only what is near the other robot is looked at, each with each.
+        // Only the colliders near the other robot, each with each.
         let mut near = std::mem::take(&mut self.near);
         let [near_b, near_a] = &mut near;
         a.near(&b.bounds, near_b);
@@ -107,7 +107,7 @@ impl NarrowPhase {
         is_whole
     }
 
-    /// To be called for each pair of colliders.
+    /// Returns whether to stop. Call it for each pair of colliders.
     pub(super) fn is_interrupted(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
         self.since_asked += 1;
         let asks = self.since_asked >= BETWEEN_INTERRUPTS;
@@ -117,7 +117,7 @@ impl NarrowPhase {
         asks && interrupt()
     }
 
-    /// The same of two colliders, with what is known of triangles near robots.
+    /// Like [`between`](Self::between) for two colliders, with the known triangles near robots.
     pub(super) fn pair(
         &mut self,
         colliders: [usize; 2],
@@ -187,7 +187,8 @@ impl NarrowPhase {
         true
     }
 
-    /// The same where one of the two is of triangles. Two of them touch nothing: what moves is convex.
+    /// Like [`pair`](Self::pair) if one of the two consists of triangles. Two such surfaces touch nothing:
+    /// movable shapes are convex.
     fn touch_facets(
         &mut self,
         colliders: [usize; 2],
@@ -239,7 +240,7 @@ impl NarrowPhase {
         true
     }
 
-    /// Fills in the point of two balls and gives the normal, in the first one's axes.
+    /// Writes the contact point of two balls. Returns the normal, in the first one's axes.
     fn find_balls(&mut self, radii: [f64; 2], a_from_b: &DPose3, within: f64) -> Option<DVec3> {
         let [a, b] = radii.map(Ball::new);
         self.manifold.points.clear();
@@ -248,7 +249,7 @@ impl NarrowPhase {
         (!self.points.is_empty()).then_some(self.manifold.local_n1)
     }
 
-    /// Fills in the points and gives the normal, in the first shape's axes.
+    /// Writes the contact points. Returns the normal, in the first shape's axes.
     fn find(
         &mut self,
         [(a, graph_a), (b, graph_b)]: [(&dyn Shape, Option<&Graph>); 2],
@@ -287,8 +288,8 @@ impl NarrowPhase {
         let count = self.corners(within);
         self.take_points(DVec3::ZERO, within);
         if count < MOST && has_faces(a) && has_faces(b) {
-            // Where edges of two faces lie on each other to rounding, parry finds neither the corners inside nor where
-            // edges cross, or one corner twice: of boxes that are stacked exactly, three of four corners, two or none.
+            // If edges of two faces coincide to rounding, parry misses corners inside and crossings of edges,
+            // or finds a corner twice. For exactly stacked boxes it finds three of four corners, two or none.
             let (u, v) = normal.any_orthonormal_pair();
             let aside = (u * 0.83 + v * 0.55) * ASIDE;
             let moved = DPose3::from_parts(a_from_b.translation + aside, a_from_b.rotation);
@@ -301,7 +302,8 @@ impl NarrowPhase {
         (!self.points.is_empty()).then_some(normal)
     }
 
-    /// Has parry find a manifold. The normal, in the first shape's axes, where they are that near.
+    /// Computes a manifold with parry. Returns the normal, in the first shape's axes, if the shapes are
+    /// within the distance.
     fn clip(
         &mut self,
         sides: [(&dyn Shape, Option<&Graph>); 2],
@@ -313,7 +315,7 @@ impl NarrowPhase {
         (normal != DVec3::ZERO).then_some(normal)
     }
 
-    /// The points of the manifold that are apart from each other.
+    /// Returns the number of the manifold's points that are distinct.
     fn corners(&self, within: f64) -> usize {
         let points = &self.manifold.points;
         let near = points.iter().enumerate().filter(|(_, point)| point.dist < within);
@@ -324,7 +326,8 @@ impl NarrowPhase {
         .count()
     }
 
-    /// Takes the points of the manifold, which was found with the second shape moved by this, in its axes.
+    /// Copies the points of the manifold, which was found with the second shape displaced by `moved`, in its
+    /// axes.
     fn take_points(&mut self, moved: DVec3, within: f64) {
         self.points.clear();
         self.opposite.clear();
@@ -335,8 +338,8 @@ impl NarrowPhase {
     }
 }
 
-/// Finds a manifold of two convex shapes, of hulls with their own search; `None` where there is no sound one. `constraints` are on
-/// the directions from which the first is touched.
+/// Computes a manifold of two convex shapes, with a separate search for hulls; `None` if there is no valid
+/// one. `constraints` limit the directions from which the first is touched.
 pub(super) fn clip_convex(
     [(a, graph_a), (b, graph_b)]: [(&dyn Shape, Option<&Graph>); 2],
     constraints: Option<&dyn NormalConstraints>,
@@ -344,7 +347,7 @@ pub(super) fn clip_convex(
     within: f64,
     manifold: &mut ContactManifold<(), ()>,
 ) -> Option<()> {
-    // parry goes on from what a manifold has; this one has nothing.
+    // parry continues from a manifold's contents; this one is empty.
     manifold.points.clear();
     manifold.local_n1 = DVec3::ZERO;
     manifold.local_n2 = DVec3::ZERO;
@@ -371,7 +374,7 @@ pub(super) fn clip_convex(
     manifold.local_n1.is_finite().then_some(())
 }
 
-/// What clipping asks a shape, and how far around that it reaches; `None` of a ball.
+/// Returns a shape's polygonal features for clipping, and the radius around them; `None` for a ball.
 fn faces<'a>(
     hull: Option<&'a HullSupport<'a>>,
     shape: &'a dyn Shape,
@@ -379,12 +382,12 @@ fn faces<'a>(
     hull.map(|hull| (hull as &dyn PolygonalFeatureMap, 0.0)).or_else(|| shape.as_polygonal_feature_map())
 }
 
-/// Whether a shape is a capsule: feet stand on those, and wheels are none.
+/// Returns whether a shape is a capsule, which is used for feet and not for wheels.
 pub(super) fn is_capsule(shape: &dyn Shape) -> bool {
     shape.shape_type() == ShapeType::Capsule
 }
 
-/// Whether parry clips faces of it.
+/// Returns whether parry clips faces of a shape.
 fn has_faces(shape: &dyn Shape) -> bool {
     matches!(
         shape.shape_type(),

@@ -1,5 +1,5 @@
-//! Triangles of surfaces that are near a whole robot: found once for all of its shapes, most of which are then known to be
-//! far from them.
+//! Triangles of surfaces that are near a whole robot, found once for all of its shapes. Most shapes are then
+//! known to be far from them.
 
 use glamx::DVec3;
 use rapier3d_f64::parry::bounding_volume::Aabb;
@@ -8,37 +8,37 @@ use super::bounds::Bounds;
 use super::colliders::RobotColliders;
 use super::facets::Facets;
 
-/// Of more triangles near a robot each of its shapes searches for its own.
+/// Number of triangles near a robot above which each of its shapes searches separately.
 const MOST: usize = 64;
 
-/// Of two robots, surfaces with few triangles near the other one. Keeps its memory from step to step, and no more.
+/// Surfaces of two robots with few triangles near the other one. Reuses its memory, and keeps no other state.
 #[derive(Default)]
 pub(super) struct NearFacets {
     surfaces: Vec<Near>,
-    /// Of all of them, one after the other, in order; with the box around each, in the surface's axes.
+    /// Triangles of all surfaces, concatenated in order, each with its box in the surface's axes.
     triangles: Vec<(u32, Aabb)>,
     ids: Vec<u32>,
 }
 
-/// Those of one surface.
+/// Triangles of one surface.
 struct Near {
-    /// Of which of the two robots it is, 0 or 1.
+    /// Robot of the surface, 0 or 1.
     side: usize,
     collider: usize,
-    /// Around its triangles, world.
+    /// Bounds of its triangles, world.
     bounds: Bounds,
     first: usize,
     last: usize,
 }
 
 impl NearFacets {
-    /// Forgets what is known.
+    /// Clears the triangles.
     pub(super) fn clear(&mut self) {
         self.surfaces.clear();
         self.triangles.clear();
     }
 
-    /// Looks at some colliders of a robot: for surfaces among them, which triangles are near the other robot.
+    /// Finds the triangles near the other robot, for surfaces among these colliders.
     pub(super) fn look(&mut self, side: usize, robot: &RobotColliders, colliders: &[usize], other: &Bounds) {
         let is_bounded = other.least.is_finite() && other.most.is_finite();
         if !robot.has_facets() || !is_bounded {
@@ -73,22 +73,22 @@ impl NearFacets {
         self.surfaces.iter().find(|near| near.side == side && near.collider == collider)
     }
 
-    /// Around what of a collider may touch the other robot, where it is known.
+    /// Returns the bounds of a collider's triangles that may touch the other robot, if they are known.
     pub(super) fn bounds(&self, side: usize, collider: usize) -> Option<&Bounds> {
         self.of(side, collider).map(|near| &near.bounds)
     }
 
-    /// The triangles of a collider, in order, that may touch the other robot, where they are known.
+    /// Returns the triangles of a collider, in order, that may touch the other robot, if they are known.
     pub(super) fn triangles(&self, side: usize, collider: usize) -> Option<&[(u32, Aabb)]> {
         self.of(side, collider).map(|near| &self.triangles[near.first..near.last])
     }
 }
 
-/// Boxes are made larger by this part of their size, far above rounding.
+/// Relative margin of boxes, far above rounding.
 const ROUNDING: f64 = 1e-9;
 
 impl Bounds {
-    /// A box around this one in the axes of a shape.
+    /// Returns a box around this one in the axes of a shape.
     pub(super) fn seen_from(&self, world_from_shape: &glamx::DPose3) -> Aabb {
         let [middle, half] = [0.5 * (self.least + self.most), 0.5 * (self.most - self.least)];
         let Self { least, most } = Self::of_box(
@@ -101,7 +101,7 @@ impl Bounds {
 }
 
 impl Facets<'_> {
-    /// Around one of the triangles; of a height field with the ground below it.
+    /// Returns the box around a triangle; for a height field with the ground below it.
     fn bounds(self, id: u32) -> Option<Aabb> {
         let triangle = self.triangle(id)?;
         let bounds =
@@ -135,8 +135,8 @@ mod tests {
         Link { name: "link".into(), inertial, visuals: Vec::new(), collisions: Vec::new() }
     }
 
-    /// What is found with the triangles near a robot gathered once is what each shape finds for itself, to the bit; also where the
-    /// surface is turned, and of height fields with what is in the ground.
+    /// The triangles that are gathered once for a robot equal those that each shape finds, to the bit. Also
+    /// for a turned surface, and for height fields with shapes in the ground.
     #[test]
     fn triangles_that_are_gathered_for_a_robot_are_those_that_each_shape_finds() {
         let n = 12u32;

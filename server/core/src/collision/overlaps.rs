@@ -1,4 +1,4 @@
-//! What a shape overlaps, and what it meets on a straight way.
+//! Overlaps of a shape, and its first contact on a straight path.
 
 use std::collections::BTreeSet;
 
@@ -14,15 +14,16 @@ use super::rays::RayHit;
 use super::scene::{PlacedShape, QueryShape, Scene};
 use super::surface_distance::overlaps_surface;
 
-/// Shorter ways are none, metres.
+/// Smallest length of a path, metres.
 const SHORTEST: f64 = 1e-9;
 
-/// What orders hits: the fraction, and the robot and its collider.
+/// Order of hits: the fraction, and the robot and its collider.
 type HitOrder = (f64, (usize, usize));
 
 impl Scene {
-    /// Robots and links that overlap a shape, in order; with `bounds_only` those whose boxes along the world's axes
-    /// meet that of the shape. What is below a height field is in it. Gives up as soon as `is_cancelled`.
+    /// Returns robots and links that overlap a shape, in order. With `bounds_only`, those whose boxes along
+    /// the world's axes meet the shape's. Everything below a height field is inside it. Stops as soon as
+    /// `is_cancelled`.
     pub fn overlaps(
         &self,
         shape: &QueryShape,
@@ -49,9 +50,9 @@ impl Scene {
         overlapping.map(|placed| (placed.robot, placed.link)).collect()
     }
 
-    /// The first that a shape meets that goes by `way` from a pose, without turning. One that overlaps something at
-    /// the start meets it there, and so does what is below a height field. Of several at the same place the first robot and
-    /// its first shape.
+    /// Returns the first contact of a shape that moves by `way` from a pose, without turning. A shape that
+    /// overlaps something at the start meets it there, as does a shape below a height field. At equal
+    /// positions the first robot and its first shape count.
     pub fn cast_shape(
         &self,
         shape: &QueryShape,
@@ -92,10 +93,11 @@ impl Scene {
     }
 }
 
-/// Where a shape that goes by `way` meets one that is no height field, in the axes of that one.
+/// Returns the contact of a shape that moves by `way` with one that is no height field, in the axes of the
+/// latter.
 fn cast_at(placed: &PlacedShape, shape: &dyn Shape, pose: &DPose3, way: DVec3) -> Option<ShapeHit> {
     let theirs = &placed.world_from_shape;
-    // parry looks for no overlap where nothing moves.
+    // parry finds no overlap if nothing moves.
     let way = if way.length() < SHORTEST { DVec3::Z * SHORTEST } else { way };
     let hit = cast_shapes(pose, way, shape, theirs, DVec3::ZERO, &*placed.shape, OPTIONS).ok()??;
     if hit.status == ShapeCastStatus::Failed || !hit.time_of_impact.is_finite() {
@@ -103,7 +105,7 @@ fn cast_at(placed: &PlacedShape, shape: &dyn Shape, pose: &DPose3, way: DVec3) -
     }
     let fraction = hit.time_of_impact.clamp(0.0, 1.0);
     let cast = ShapeHit { fraction, point: hit.witness2, normal: hit.normal2 };
-    // A plane is met exactly, and what overlaps at the start is met there.
+    // The contact with a plane is exact, and overlaps at the start are met there.
     if placed.is_plane() || fraction == 0.0 {
         return Some(cast);
     }

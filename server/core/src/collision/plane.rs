@@ -1,6 +1,6 @@
-//! Where a shape touches a half-space: the corners that lie deepest, of all corners.
+//! Contacts of a shape with a half-space: its deepest corners, among all corners.
 //!
-//! parry looks at one face of at most four corners, which a foot with a round sole rolls off.
+//! parry uses one face of at most four corners, which a foot with a round sole rolls off.
 
 use glamx::DVec3;
 use rapier3d_f64::parry::shape::{Shape, TypedShape};
@@ -8,11 +8,11 @@ use rapier3d_f64::parry::shape::{Shape, TypedShape};
 use super::colliders::{Frame, Placed};
 use super::hull::Graph;
 
-/// Corners of a hull are looked for so much farther from a plane than they are taken, metres.
+/// Additional distance from a plane within which corners of a hull are searched, metres.
 pub(super) const ROUNDING: f64 = 1e-9;
 
-/// Whether a shape is a plane, and the sphere around another one is well above it: the bounds of a
-/// plane are all of space, and tell nothing.
+/// Returns whether a shape is a plane, and the sphere around another one is well above it. The bounds of a
+/// plane are all of space, and reject nothing.
 pub(super) fn far_above((shape, plane): (&dyn Shape, &Frame), other: &Placed, within: f64) -> bool {
     shape.as_halfspace().is_some_and(|half| {
         let normal = plane.world_from_shape.rotation * half.normal;
@@ -21,8 +21,9 @@ pub(super) fn far_above((shape, plane): (&dyn Shape, &Frame), other: &Placed, wi
     })
 }
 
-/// As [`outermost`], of a shape that may be a hull with a graph, without corners that lie less than `least` along the
-/// direction. Where that leads to a `plane`, what is round and leans has the points of its rim alone: a triangle may end between them.
+/// Like [`outermost`], for a shape that may be a hull with a graph, without corners that lie less than
+/// `least` along the direction. On a `plane`, a leaning round shape has only the points of its rim. On
+/// triangles it has all points, since a triangle may end between those of the rim.
 pub(super) fn outermost_beyond(
     (shape, graph): (&dyn Shape, Option<&Graph>),
     (direction, plane): (DVec3, bool),
@@ -42,20 +43,20 @@ pub(super) fn outermost_beyond(
     }
 }
 
-/// Calls `found` with each point of a shape, in its own axes, that may touch what lies in
-/// `direction`, and with a radius around the point.
+/// Calls `found` with each point of a shape, in its own axes, that may touch in `direction`, and with a
+/// radius around the point.
 pub(super) fn outermost(shape: &dyn Shape, direction: DVec3, mut found: impl FnMut(DVec3, f64)) {
     tips(shape, direction, &mut found);
     corners(shape, direction, &mut found);
 }
 
-/// Whether what is round about y may stand on its base, which leans by no more than three degrees: beyond, it rolls on its rim, and corners there
-/// would take the load as they come by.
+/// Returns whether a shape that is round about y may stand on its base, tilted by at most three degrees.
+/// Beyond that it rolls on its rim, and corners there would take the load as they come by.
 fn is_flat(direction: DVec3) -> bool {
     direction.x.hypot(direction.z) < 0.05 * direction.length()
 }
 
-/// Of what is round, four points of the base that it stands on, which do not move with the tilt.
+/// Finds four points of the base that a round shape stands on; they do not depend on the tilt.
 fn corners(shape: &dyn Shape, direction: DVec3, found: &mut impl FnMut(DVec3, f64)) {
     let (radius, base) = match shape.as_typed_shape() {
         TypedShape::Cylinder(cylinder) => (cylinder.radius, cylinder.half_height.copysign(direction.y)),
@@ -67,7 +68,7 @@ fn corners(shape: &dyn Shape, direction: DVec3, found: &mut impl FnMut(DVec3, f6
     }
 }
 
-/// The other ones.
+/// Finds the other points.
 fn tips(shape: &dyn Shape, direction: DVec3, found: &mut impl FnMut(DVec3, f64)) {
     match shape.as_typed_shape() {
         TypedShape::Ball(ball) => found(DVec3::ZERO, ball.radius),
@@ -90,7 +91,7 @@ fn tips(shape: &dyn Shape, direction: DVec3, found: &mut impl FnMut(DVec3, f64))
         }
         TypedShape::Cone(cone) => {
             let (radius, half) = (cone.radius, cone.half_height);
-            // The apex, and the lowest point of the base: of one that lies on its side a line.
+            // The apex, and the lowest point of the base: on its side, a cone touches along a line.
             found(DVec3::Y * half, 0.0);
             let outward = DVec3::new(direction.x, 0.0, direction.z).normalize_or(DVec3::X);
             found(outward * radius - DVec3::Y * half, 0.0);

@@ -1,4 +1,4 @@
-//! What stands for a collision mesh, and how far it is from it.
+//! Replacement shapes of collision meshes, and their error.
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::query::PointQuery as _;
@@ -9,39 +9,38 @@ use super::MeshShapes;
 use super::geometry::ConvexMesh;
 use super::shapes::Made;
 
-/// What stands for a mesh.
+/// Shape that replaces a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProxyShape {
-    /// Its own triangles or, where it is a grid, a height field.
+    /// Its own triangles, or a height field if it is a grid.
     Mesh,
     /// Its convex hull.
     Hull,
-    /// So many convex parts.
+    /// Convex parts, by number.
     Parts(usize),
 }
 
-/// What a collision mesh became.
+/// Result of replacing a collision mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proxy {
-    /// As the description names it.
+    /// URI, as the description names it.
     pub uri: String,
-    /// Triangles of the mesh.
+    /// Number of triangles of the mesh.
     pub triangles: usize,
-    /// What stands for it.
+    /// Shape that replaces it.
     pub shape: ProxyShape,
-    /// What was asked for.
+    /// Requested shapes.
     pub asked: MeshShapes,
     /// Whether its link can never move.
     pub is_fixed: bool,
-    /// The largest distance that was found between the surfaces of the two, looked for from some thousand points of
-    /// each, metres.
+    /// Largest distance found between the two surfaces, from some thousand points of each, metres.
     pub distance: f64,
-    /// Of a hull that was made of some of the mesh's corners alone: how far any other one lies outside of its faces at the
-    /// most, metres.
+    /// For a hull of only some of the mesh's corners: the largest distance of any other one outside of its
+    /// faces, metres.
     pub simpler_by: Option<f64>,
 }
 
-/// Points of each surface from which the other one is looked for.
+/// Number of points of each surface that are measured.
 const SAMPLES: usize = 1_000;
 
 /// See [`Proxy::distance`].
@@ -55,7 +54,7 @@ pub(super) fn largest_distance(mesh: &MeshAsset, scale: DVec3, proxies: &[Made])
     for (made, solid) in solids {
         for point in samples(&solid.vertices, &solid.triangles) {
             let point = made.own_from_shape.transform_point(point);
-            // Where parts overlap, the surface of one is inside of another.
+            // Where parts overlap, the surface of one is inside another.
             let inside = proxies.iter().any(|other| {
                 !std::ptr::eq(other, made) && other.shape.contains_point(&other.own_from_shape, point)
             });
@@ -67,7 +66,7 @@ pub(super) fn largest_distance(mesh: &MeshAsset, scale: DVec3, proxies: &[Made])
     farthest.max(back)
 }
 
-/// Corners and middles of triangles, evenly out of all.
+/// Returns corners and centres of triangles, evenly spaced among all.
 fn samples<'a>(corners: &'a [DVec3], triangles: &'a [[u32; 3]]) -> impl Iterator<Item = DVec3> + 'a {
     let middle =
         |triangle: &[u32; 3]| triangle.map(|corner| corners[corner as usize]).iter().sum::<DVec3>() / 3.0;
@@ -76,14 +75,14 @@ fn samples<'a>(corners: &'a [DVec3], triangles: &'a [[u32; 3]]) -> impl Iterator
     corners.iter().step_by(some(corners.len())).copied().chain(middles)
 }
 
-/// From a point to the surface of what is made of some shapes.
+/// Returns the distance from a point to the surface of the union of some shapes.
 fn to_proxies(point: DVec3, proxies: &[Made]) -> f64 {
     let distances = proxies.iter().map(|made| {
         let from = |pose: &DPose3| made.shape.project_point(pose, point, false);
         let projected = from(&made.own_from_shape);
         (projected.is_inside, projected.point.distance(point))
     });
-    // Inside of some it is as deep as in the deepest.
+    // Inside several, the depth is the largest one.
     let (mut inside, mut outside) = (None::<f64>, f64::INFINITY);
     for (is_inside, distance) in distances {
         if is_inside {

@@ -1,4 +1,4 @@
-//! What a ray hits: the shapes of robots, placed where their links are.
+//! Ray casts on the shapes of robots, placed at their links' poses.
 
 use std::cell::Cell;
 
@@ -7,31 +7,32 @@ use rapier3d_f64::parry::query::Ray;
 
 use super::scene::{PlacedShape, Scene};
 
-/// Where a ray meets a robot.
+/// Hit of a ray on a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// As it was given to [`posed_shapes`](super::scene::posed_shapes).
+    /// Robot, as passed to [`posed_shapes`](super::scene::posed_shapes).
     pub robot: usize,
-    /// Index of the link.
+    /// Link, by index.
     pub link: usize,
-    /// The part of the way from the ray's start to its end, 0 to 1.
+    /// Part of the path from the ray's start to its end, 0 to 1.
     pub fraction: f64,
-    /// World.
+    /// Point, world.
     pub point: DVec3,
-    /// Out of the surface, world.
+    /// Outward normal of the surface, world.
     pub normal: DVec3,
 }
 
-/// Shapes that are hit within this part of a fraction of each other are both looked at, so that which of them
-/// is the first does not depend on the tree.
+/// Difference of fractions below which both shapes are tested, so that the choice of the first does not
+/// depend on the tree.
 const SAME: f64 = 1e-12;
 
-/// The fraction, the robot and its collider, and the index in the scene: the least is the first.
+/// Order of hits: fraction, robot and its collider, and index in the scene; the least is the first.
 type HitOrder = (f64, (usize, usize), usize);
 
 impl Scene {
-    /// The first hit of the way from `from` to `to`, world points, of shapes of which `is_wanted`. A way that starts
-    /// inside a shape hits it at its start. Of hits at the same place that of the first robot, and of its first shape.
+    /// Returns the first hit on the path from `from` to `to`, world points, of shapes that are `is_wanted`. A
+    /// path that starts inside a shape hits it at its start. At equal positions the first robot and its first
+    /// shape count.
     pub fn cast(&self, from: DVec3, to: DVec3, is_wanted: impl Fn(&PlacedShape) -> bool) -> Option<RayHit> {
         let way = to - from;
         let ray = Ray::new(from, way);
@@ -49,7 +50,8 @@ impl Scene {
         })
     }
 
-    /// The part of the way from `from` to `to` up to that hit: who wants no normal has it for half of the work.
+    /// Returns the part of the path from `from` to `to` up to the first hit. Without the normal it costs
+    /// half.
     pub fn fraction(&self, from: DVec3, to: DVec3, is_wanted: impl Fn(&PlacedShape) -> bool) -> Option<f64> {
         self.first(&Ray::new(from, to - from), is_wanted).map(|(fraction, ..)| fraction)
     }
@@ -66,7 +68,7 @@ impl Scene {
             }
             Some(fraction + SAME * (1.0 + fraction))
         };
-        // The end of the way counts, and parry's search takes only what is before its limit.
+        // The end of the path counts, and parry's search accepts only hits before its limit.
         let mut most = 1.0 + SAME;
         for index in self.bounded..self.shapes.len() {
             most = meets(index, most).map_or(most, |fraction| fraction.min(most));
@@ -76,11 +78,11 @@ impl Scene {
     }
 }
 
-/// How far beside a ray it is cast once more, as a part of the coordinates of where it starts.
+/// Displacement of additional rays, as a part of the coordinates of the start.
 const BESIDE: f64 = 1e-10;
 
-/// What a ray meets. Through a corner or along an edge of triangles it can pass between them by rounding: then what the first of
-/// three rays close around it meets.
+/// Returns the hit of a ray. Through a corner or along an edge of triangles it can pass between them by
+/// rounding. Then the first hit of three rays close around it counts.
 fn beside<T>(placed: &PlacedShape, ray: &Ray, meets: impl Fn(&Ray) -> Option<T>) -> Option<T> {
     let met = meets(ray);
     if met.is_some() || !placed.is_surface() {
@@ -96,8 +98,8 @@ fn beside<T>(placed: &PlacedShape, ray: &Ray, meets: impl Fn(&Ray) -> Option<T>)
     around.iter().find_map(|(a, b)| meets(&Ray::new(ray.origin + far * (*a * first + *b * second), ray.dir)))
 }
 
-/// The normal of a hit. Of a ray that is so long that its hit rounds to a ball's centre there is none: then
-/// it is against the ray.
+/// Returns the normal of a hit. A ray may be so long that its hit rounds to a ball's centre, which has no
+/// normal: the result then opposes the ray.
 fn outward(normal: DVec3, way: DVec3) -> DVec3 {
     if normal.is_finite() { normal } else { -way.normalize_or_zero() }
 }

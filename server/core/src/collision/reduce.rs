@@ -1,27 +1,27 @@
-//! Four points of contact carry what any number of them would.
+//! Reduction of contacts: four points carry the same load as any number.
 
 use glamx::DVec3;
 
-/// Points of one contact at the most.
+/// Maximum number of points of one contact.
 pub(super) const MOST: usize = 4;
 
-/// Depth counts this many times what distance along the surface does when points are chosen:
-/// of a tilted box the edge that touches, of one that lies flat the corners.
+/// Weight of depth relative to distance along the surface in the choice of points. A tilted box keeps the
+/// touching edge, and a lying one its corners.
 const DEPTH_WEIGHT: f64 = 10.0;
 
-/// Points nearer to each other than this are one, metres.
+/// Distance below which points are one, metres.
 pub(super) const SAME: f64 = 1e-5;
 
-/// Points that lie beside the line between the outermost two by less than this are on it, metres.
+/// Largest distance of points from the line between the outermost two at which they count as on it, metres.
 const LINE_WIDTH: f64 = 1e-5;
 
-/// A line shorter than this is a point, metres.
+/// Smallest length of a line, metres; a shorter one is a point.
 const LEAST_LINE: f64 = 1e-4;
 
-/// Indices of the points that are kept, of points given by place and distance, all in the
-/// same axes as the normal: the outermost in one direction, the one farthest from it, and the two
-/// that add the most area on either side of the line between them. The direction is fixed to the
-/// axes, so that a contact keeps its points while it rests. Of points on a line the two ends.
+/// Selects the points to keep, given by position and distance, all in the axes of the normal. They are the
+/// outermost in one direction, the one farthest from it, and those that add the most area on either side of
+/// their line. The direction is fixed to the axes, so that a resting contact keeps its points. If the points
+/// are on a line, the two ends are kept. Writes their indices.
 pub(super) fn reduce(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MOST]) -> usize {
     let count = outermost(points, normal, kept);
     if count > 2
@@ -33,7 +33,7 @@ pub(super) fn reduce(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; 
     count
 }
 
-/// The two ends of points that lie on a line.
+/// Returns the two ends of points that lie on a line.
 fn line_ends(points: &[(DVec3, f64)], kept: &[usize]) -> Option<[usize; 2]> {
     let first = *kept.first()?;
     let farthest_from = |from: usize| {
@@ -55,15 +55,16 @@ fn line_ends(points: &[(DVec3, f64)], kept: &[usize]) -> Option<[usize; 2]> {
     kept.iter().all(is_on_line).then_some([end, other])
 }
 
-/// Whether two points are the ends of a line that needs a third one in its middle.
+/// Returns whether two points are the ends of a line that needs a third point in its middle.
 ///
-/// Friction at two ends holds one of them whenever a line turns about its normal, so that a wheel would roll where its end does, and resists
-/// turning with m w N / 2. With a third of the load in the middle that is where it rolls, and m w N / 3; a line under even load has m w N / 4.
+/// Friction at two ends holds one of them when a line turns about its normal, so that a wheel would roll at
+/// its end. It resists turning with m w N / 2. With a third of the load in the middle, the wheel rolls there,
+/// and the resistance is m w N / 3. A line under even load has m w N / 4.
 pub(super) fn needs_middle(ends: [DVec3; 2]) -> bool {
     ends[0].distance_squared(ends[1]) > LEAST_LINE * LEAST_LINE
 }
 
-/// As [`reduce`], whether or not the points are on a line.
+/// Like [`reduce`], whether or not the points are on a line.
 fn outermost(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MOST]) -> usize {
     let mut count = 0;
     let known = |kept: &[usize], i: usize| {
@@ -79,7 +80,7 @@ fn outermost(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MOST]) -
         return count;
     }
     let (u, v) = normal.any_orthonormal_pair();
-    // A direction that few shapes have an edge across.
+    // A direction to which few shapes have a perpendicular edge.
     let start = u * 0.83 + v * 0.55;
     let Some((first, a)) = best(points, |_| false, |point| point.dot(start)) else { return 0 };
     kept[0] = first;
@@ -99,8 +100,8 @@ fn outermost(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MOST]) -
     count
 }
 
-/// The point of the best score and depth, and its index; of equals the last one. What is known is asked only of
-/// what would be the best, since there may be a hundred points.
+/// Returns the point of the best score and depth, and its index; on ties the last one. `known` is called only
+/// for candidates, since there may be a hundred points.
 fn best(
     points: &[(DVec3, f64)],
     known: impl Fn(usize) -> bool,

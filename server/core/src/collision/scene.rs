@@ -1,5 +1,5 @@
-//! The shapes of robots at one moment, for questions: placed where their links are. A scene is made for some questions
-//! and then forgotten: no step reads it.
+//! Shapes of robots at one moment, for queries: placed at their links' poses. A scene is made for some
+//! queries and then discarded: no step reads it.
 
 use std::sync::Arc;
 
@@ -14,42 +14,42 @@ use super::facets::{Facets, Neighbours, ground};
 use super::shapes::own_shape;
 use crate::dynamics::Tree;
 
-/// A shape that a question is about, which is of no robot.
+/// Shape of a query, which belongs to no robot.
 pub struct QueryShape {
     pub(super) shape: SharedShape,
     pub(super) own_from_shape: DPose3,
 }
 
 impl QueryShape {
-    /// `None` for a mesh that has no hull.
+    /// Returns `None` for a mesh without a hull.
     pub fn new(geometry: &Geometry) -> Option<Self> {
         own_shape(geometry).map(|(shape, own_from_shape)| Self { shape, own_from_shape })
     }
 }
 
-/// The robot of a shape that is of none.
+/// Robot index of a shape that belongs to none.
 pub const NO_ROBOT: usize = usize::MAX;
 
-/// A shape of a robot's link, in the world.
+/// Shape of a robot's link, in the world.
 #[derive(Clone)]
 pub struct PlacedShape {
-    /// As it was given to [`posed_shapes`], or [`NO_ROBOT`].
+    /// Robot, as passed to [`posed_shapes`], or [`NO_ROBOT`].
     pub robot: usize,
-    /// Index of the link.
+    /// Link, by index.
     pub link: usize,
-    /// Index of the link's body; `None` is the base.
+    /// Body of the link, by index; `None` is the base.
     pub body: Option<usize>,
-    /// The number of the shape among those of the robot.
+    /// Index of the shape among the robot's shapes.
     pub(super) collider: usize,
     pub(super) shape: SharedShape,
     pub(super) world_from_shape: DPose3,
     pub(super) bounds: Aabb,
-    /// Of a mesh of triangles: which are next to each other.
+    /// Neighbours of the triangles of a mesh.
     neighbours: Option<Arc<Neighbours>>,
 }
 
 impl PlacedShape {
-    /// A shape that is of no robot, at a pose.
+    /// Creates a shape that belongs to no robot, at a pose.
     pub fn of_no_robot(query: &QueryShape, pose: DPose3) -> Self {
         let world_from_shape = pose * query.own_from_shape;
         Self {
@@ -64,12 +64,12 @@ impl PlacedShape {
         }
     }
 
-    /// Whether it is of none.
+    /// Returns whether it belongs to no robot.
     pub fn is_of_no_robot(&self) -> bool {
         self.robot == NO_ROBOT
     }
 
-    /// What orders them.
+    /// Returns its sort key.
     pub(super) fn key(&self) -> (usize, usize) {
         (self.robot, self.collider)
     }
@@ -78,32 +78,32 @@ impl PlacedShape {
         self.shape.shape_type() == ShapeType::HalfSpace
     }
 
-    /// Whether it goes into a tree, which takes no numbers that are not finite: not so a plane, and what is so large
-    /// or so far away that its box is not finite.
+    /// Returns whether the tree can hold it. It takes no infinite boxes, such as those of planes, and of
+    /// shapes that are too large or too far away.
     fn is_bounded(&self) -> bool {
         let Aabb { mins, maxs } = self.solid_bounds();
         !self.is_plane() && mins.is_finite() && maxs.is_finite()
     }
 
-    /// Whether it is a mesh of triangles or a height field.
+    /// Returns whether it is a mesh of triangles or a height field.
     pub fn is_surface(&self) -> bool {
         matches!(self.shape.shape_type(), ShapeType::TriMesh | ShapeType::HeightField)
     }
 
-    /// Its triangles, where it is of them.
+    /// Returns its triangles, if it consists of them.
     pub(super) fn facets(&self) -> Option<Facets<'_>> {
         Facets::of(&*self.shape, self.neighbours.as_ref())
     }
 
-    /// Around all that is inside of it: of a height field also the ground below.
+    /// Returns the bounds of its interior; for a height field with the ground below.
     pub(super) fn solid_bounds(&self) -> Aabb {
         let field = self.shape.as_heightfield();
         field.map_or(self.bounds, |field| ground(field).transform_by(&self.world_from_shape))
     }
 }
 
-/// The shapes of a robot, of all its links or of one, with `world_from_link` of each link. A plane that could move
-/// touches nothing, and is left out.
+/// Returns the shapes of a robot, of all its links or of one, with `world_from_link` of each link. A plane
+/// that could move touches nothing, and is left out.
 pub fn posed_shapes(
     robot: usize,
     tree: &Tree,
@@ -131,19 +131,20 @@ pub fn posed_shapes(
     placed.collect()
 }
 
-/// A box around a shape of a link, which moves with it.
+/// Box around a shape of a link, which moves with it.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkBox {
-    /// Index of the link.
+    /// Link, by index.
     pub link: usize,
-    /// The box's middle and axes in the link's.
+    /// Centre and axes of the box in the link.
     pub link_from_box: DPose3,
-    /// Half of its lengths.
+    /// Half of its lengths, metres.
     pub half: DVec3,
 }
 
 impl Shapes {
-    /// Boxes around the shapes of all links, or of one; those of planes and of surfaces of triangles are infinite.
+    /// Returns boxes around the shapes of all links, or of one; for planes and triangle surfaces they are
+    /// infinite.
     pub fn boxes(&self, link: Option<usize>) -> impl Iterator<Item = LinkBox> {
         let wanted = self.parts.iter().filter(move |part| link.is_none_or(|link| link == part.link));
         wanted.map(|part| {
@@ -160,7 +161,8 @@ impl Shapes {
     }
 }
 
-/// Lower and upper corner of the box along the world's axes around each link that has shapes, planes left out.
+/// Returns lower and upper corner of the box along the world's axes around each link with shapes; planes are
+/// left out.
 pub fn link_bounds(shapes: &[PlacedShape], links: usize) -> Vec<Option<[DVec3; 2]>> {
     let mut bounds: Vec<Option<[DVec3; 2]>> = vec![None; links];
     for placed in shapes.iter().filter(|placed| !placed.is_plane()) {
@@ -173,16 +175,17 @@ pub fn link_bounds(shapes: &[PlacedShape], links: usize) -> Vec<Option<[DVec3; 2
     bounds
 }
 
-/// The shapes of robots at one moment.
+/// Shapes of robots at one moment.
 pub struct Scene {
-    /// Those with bounds, in the order of the tree's leaves, and after them the planes and what has no finite box.
+    /// Shapes with finite bounds, in the order of the tree's leaves, and after them planes and shapes without
+    /// a finite box.
     pub(super) shapes: Vec<PlacedShape>,
     pub(super) bounded: usize,
     pub(super) tree: Bvh,
 }
 
 impl Scene {
-    /// Of shapes that were placed. Those at a pose that is not finite are nowhere, and nothing meets them.
+    /// Creates the scene. Shapes at a pose that is not finite are left out.
     pub fn new(shapes: Vec<PlacedShape>) -> Self {
         let somewhere = shapes.into_iter().filter(|placed| placed.world_from_shape.is_finite());
         let (mut shapes, mut others): (Vec<_>, Vec<_>) = somewhere.partition(PlacedShape::is_bounded);
@@ -193,7 +196,7 @@ impl Scene {
         Self { shapes, bounded, tree }
     }
 
-    /// Those whose bounds meet a box, and all that are not in the tree.
+    /// Returns the shapes whose bounds meet a box, and all that are not in the tree.
     pub(super) fn near<'a>(&'a self, bounds: &'a Aabb) -> impl Iterator<Item = &'a PlacedShape> {
         let near = self.tree.intersect_aabb(bounds).map(|leaf| leaf as usize);
         near.chain(self.bounded..self.shapes.len()).filter_map(|index| self.shapes.get(index))

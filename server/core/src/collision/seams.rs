@@ -1,8 +1,8 @@
-//! Seams: where shapes lie side by side as one surface, the edge between them stops nothing.
+//! Seams: if shapes form one surface side by side, the edge between them stops nothing.
 //!
-//! A shape that slides over a surface lies some micrometres deep in it. It meets the side of the next shape over no more than that
-//! depth, with a normal along the surface: such a contact would stop it. If the shape lies on or above another face at that edge, the face
-//! carries it and the contact is none.
+//! A shape that slides over a surface lies some micrometres deep in it. It meets the side of the next shape
+//! over no more than that depth, with a normal along the surface. Such a contact would stop it. If the shape
+//! lies on or above another face at that edge, the face carries it and the contact is dropped.
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::shape::{Shape, SupportMap as _, Triangle, TypedShape};
@@ -14,25 +14,28 @@ use super::hull_support::HullSupport;
 /// Largest height of an edge that stops nothing, metres: a step of 0.05 mm, and the depth of a shape at rest.
 const HEIGHT: f64 = 7e-5;
 
-/// Largest part of a shape's radius that counts as such a height: a grain is not passed over because it is small.
+/// Largest part of a shape's radius that counts as such a height: a grain is not passed over because it is
+/// small.
 const PART: f64 = 0.01;
 
-/// Cosine between a contact's normal and a face from which it is that of the face, or of a shape that tips over its edge: 0.3 degrees.
+/// Cosine between a contact's normal and a face within which it is the face's normal, or a shape tips over
+/// its edge: 0.3 degrees.
 const SAME_FACE: f64 = 0.999_987;
 
-/// Faces that meet in a point, at most; of a hull whose faces are many more, the first ones.
+/// Maximum number of faces that meet in a point; for hulls with more, the first ones count.
 const FACES: usize = 8;
 
-/// A convex shape and, of a hull of many corners, its edges.
+/// A convex shape, with the edges of a hull of many corners.
 pub(super) type ConvexShape<'a> = (&'a dyn Shape, Option<&'a Graph>);
 
-/// Height over which an edge of one of two shapes of these radii stops nothing, metres.
+/// Returns the height over which an edge of one of two shapes of these radii stops nothing, metres.
 pub(super) fn seam_height(radii: [f64; 2]) -> f64 {
     HEIGHT.min(PART * radii[0].min(radii[1]))
 }
 
-/// Whether a contact is with an edge that stops nothing: of either shape, if the other one lies on a face at that edge.
-/// `on` are points on each shape and `normal` is the first one's outward normal, each in the axes of the shape of that point.
+/// Returns whether a contact is with an edge that stops nothing. It is an edge of either shape, if the other
+/// one lies on a face at that edge. `on` are points on each shape and `normal` is the first one's outward
+/// normal, each in the axes of that point's shape.
 pub(super) fn is_seam(
     [a, b]: [ConvexShape<'_>; 2],
     a_from_b: &DPose3,
@@ -44,7 +47,8 @@ pub(super) fn is_seam(
         || passes(b, on[1], a_from_b.rotation.inverse() * -normal, height, || (a, a_from_b.inverse()))
 }
 
-/// Whether the other shape passes over the edge of a shape on which a contact lies. Its axes are those of the shape.
+/// Returns whether the other shape passes over the edge of a shape at a contact. Its pose is in the axes of
+/// the shape.
 fn passes<'a>(
     shape: ConvexShape<'_>,
     point: DVec3,
@@ -63,8 +67,8 @@ fn passes<'a>(
         })
 }
 
-/// Whether a shape passes over an edge of a triangle on which a contact lies: the same of a surface, whose faces at an edge are the
-/// triangle and the one beyond it, if they form no hollow. All is in the axes of the surface.
+/// Returns whether a shape passes over an edge of a triangle at a contact. The faces of a surface at an edge
+/// are the triangle and the one beyond it, if they form no hollow. All is in the axes of the surface.
 pub(super) fn passes_edge(
     surface: Facets<'_>,
     (id, triangle): (u32, &Triangle),
@@ -99,7 +103,7 @@ pub(super) fn passes_edge(
     })
 }
 
-/// The least coordinate of a convex shape along a direction, in whose axes its pose is.
+/// Returns the least coordinate of a convex shape along a direction, in the axes of its pose.
 pub(super) fn lowest((shape, graph): ConvexShape<'_>, pose: &DPose3, direction: DVec3) -> Option<f64> {
     let down = pose.rotation.inverse() * -direction;
     let point = match HullSupport::of(shape, graph) {
@@ -109,7 +113,8 @@ pub(super) fn lowest((shape, graph): ConvexShape<'_>, pose: &DPose3, direction: 
     Some(pose.transform_point(point).dot(direction))
 }
 
-/// Writes the faces of a shape that a point is near: their outward normals and offsets along them. Returns how many.
+/// Writes the faces of a shape near a point: their outward normals and offsets along them. Returns their
+/// number.
 fn faces_at(shape: &dyn Shape, point: DVec3, near: f64, faces: &mut [(DVec3, f64); FACES]) -> usize {
     let mut count = 0;
     let mut add = |normal: DVec3, offset: f64| {

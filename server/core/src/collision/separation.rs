@@ -1,5 +1,5 @@
-//! How far two shapes are apart, or by how much they overlap at the least: by GJK alone, which takes a hundredth
-//! of the time that EPA takes for a depth.
+//! Distance of two shapes, or a lower bound of their overlap. It uses only GJK, which takes a hundredth of
+//! the time that EPA needs for a depth.
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::query::details::{
@@ -10,11 +10,11 @@ use rapier3d_f64::parry::shape::{Shape, SupportMap, TypedShape};
 
 use super::plane::outermost;
 
-/// The parts by which shapes are shrunk, in turn, to show that they overlap: the last ones tell a little more
-/// than that they do.
+/// Parts by which shapes are shrunk, in turn, to show that they overlap: the last ones show little more than
+/// the overlap itself.
 const PARTS: [f64; 6] = [0.25, 0.03, 4e-3, 5e-4, 6e-5, 8e-6];
 
-/// A ball that lies inside a shape, in the shape's axes.
+/// Ball inside a shape, in the shape's axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Inner {
     middle: DVec3,
@@ -22,7 +22,7 @@ pub(super) struct Inner {
 }
 
 impl Inner {
-    /// Not the largest one, but one about the middle.
+    /// Returns a ball about the centre, which need not be the largest one.
     pub(super) fn of(shape: &dyn Shape) -> Self {
         let (middle, radius) = match shape.as_typed_shape() {
             TypedShape::Ball(ball) => (DVec3::ZERO, ball.radius),
@@ -43,7 +43,7 @@ impl Inner {
                     far.fold(f64::NEG_INFINITY, f64::max)
                 };
                 let radius = hull.faces().iter().map(|face| way(face.normal)).fold(f64::INFINITY, f64::min);
-                // parry makes one face of some that are nearly in one plane.
+                // parry merges some faces that are nearly in one plane.
                 (middle, if radius.is_finite() { 0.9 * radius.max(0.0) } else { 0.0 })
             }
             _ => (DVec3::ZERO, 0.0),
@@ -69,9 +69,9 @@ impl<'a> Solid<'a> {
     }
 }
 
-/// A shape made smaller about the middle of the ball inside it. A convex shape contains, around each point of
-/// what is left, a ball of `1 - part` times the inner radius: it is the sum of itself times `part` and of itself times
-/// `1 - part`.
+/// A shape shrunk about the centre of the ball inside it. A convex shape contains, around each remaining
+/// point, a ball of `1 - part` times the inner radius. It is the sum of itself times `part` and of itself
+/// times `1 - part`.
 struct Shrunk<'a> {
     shape: &'a dyn SupportMap,
     middle: DVec3,
@@ -84,14 +84,14 @@ impl SupportMap for Shrunk<'_> {
     }
 }
 
-/// How far apart two shapes are, metres. Where they overlap, minus a depth that they overlap by at least: along
-/// no direction would a smaller move part them.
+/// Returns the distance of two shapes, metres. If they overlap, returns minus a lower bound of the depth: no
+/// smaller displacement in any direction would separate them.
 pub(super) fn separation(a: Solid<'_>, b: Solid<'_>, a_from_b: &DPose3) -> f64 {
     if let Some(height) = plane_separation(a.shape, b.shape, a_from_b) {
         return height;
     }
     if [a.shape, b.shape].iter().any(|shape| shape.as_composite_shape().is_some()) {
-        // Of triangles, which have no inside: where they overlap, by nothing that is known.
+        // Triangles have no inside: their overlap has no known depth.
         return DefaultQueryDispatcher
             .distance(a_from_b, a.shape, b.shape)
             .map_or(0.0, |found| found.distance);
@@ -106,7 +106,7 @@ pub(super) fn separation(a: Solid<'_>, b: Solid<'_>, a_from_b: &DPose3) -> f64 {
     };
     match closest_points_support_map_support_map(a_from_b, first, second, f64::MAX) {
         ClosestPoints::WithinMargin(on_a, on_b) => on_a.distance(a_from_b.transform_point(on_b)),
-        // It gave up.
+        // GJK gave up.
         ClosestPoints::Disjoint => 0.0,
         ClosestPoints::Intersecting => {
             let shown = PARTS.iter().find(|part| overlap_shrunk(a, b, a_from_b, **part));
@@ -115,7 +115,7 @@ pub(super) fn separation(a: Solid<'_>, b: Solid<'_>, a_from_b: &DPose3) -> f64 {
     }
 }
 
-/// Whether two shapes are shown to overlap by so much. Long ones may do so without its being shown.
+/// Returns whether two shapes provably overlap by this depth. Long shapes may do so without proof.
 pub(super) fn overlap_by(depth: f64, a: Solid<'_>, b: Solid<'_>, a_from_b: &DPose3) -> bool {
     if let Some(height) = plane_separation(a.shape, b.shape, a_from_b) {
         return height < -depth;
@@ -131,7 +131,7 @@ fn overlap_shrunk(a: Solid<'_>, b: Solid<'_>, a_from_b: &DPose3, part: f64) -> b
     }
 }
 
-/// The height of the one above the other, where one is a plane.
+/// Returns the height of one above the other if one is a plane.
 fn plane_separation(a: &dyn Shape, b: &dyn Shape, a_from_b: &DPose3) -> Option<f64> {
     if let Some(plane) = a.as_halfspace() {
         return Some(height(b, a_from_b, plane.normal));
@@ -139,7 +139,7 @@ fn plane_separation(a: &dyn Shape, b: &dyn Shape, a_from_b: &DPose3) -> Option<f
     b.as_halfspace().map(|plane| height(a, &a_from_b.inverse(), plane.normal))
 }
 
-/// The height of a shape's lowest point above a plane through the origin; infinite for what has none.
+/// Returns the height of a shape's lowest point above a plane through the origin; infinite if it has none.
 fn height(shape: &dyn Shape, plane_from_shape: &DPose3, normal: DVec3) -> f64 {
     let inward = plane_from_shape.rotation.inverse() * -normal;
     let mut lowest = f64::INFINITY;

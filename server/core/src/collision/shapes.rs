@@ -1,6 +1,6 @@
-//! The shapes of a robot: primitives as they are; meshes of links that cannot move as the triangles that they are,
-//! those of other links as their convex hulls or, where that is asked for, as several convex parts.
-//! Planes are half-spaces: all below them is inside.
+//! Shapes of a robot. Primitives are unchanged, and planes are half-spaces: all below them is inside. Meshes
+//! of immovable links become their triangles. Meshes of other links become their convex hulls or, on request,
+//! several convex parts.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -19,61 +19,61 @@ use super::mesh::{MadeMesh, is_field, mesh_shapes};
 use super::proxy::Proxy;
 use super::separation::Inner;
 
-/// Meshes of one robot that take more bytes than this in all are not collided with as they are: from there on hulls stand
-/// for them. A million triangles.
+/// Maximum memory of one robot's meshes as triangles, bytes; hulls replace further meshes. A million
+/// triangles.
 const MOST_FACET_BYTES: u64 = 1_000_000 * TRIANGLE_BYTES;
 
-/// What a triangle takes of a mesh: its corners, its neighbours and its part of a tree.
+/// Memory of a triangle of a mesh, bytes: its corners, its neighbours and its part of a tree.
 const TRIANGLE_BYTES: u64 = 300;
 
-/// What a sample of a height field takes.
+/// Memory of a sample of a height field, bytes.
 const SAMPLE_BYTES: u64 = 9;
 
-/// What a corner of a convex hull takes, with its edges and its part of the faces.
+/// Memory of a corner of a convex hull, bytes, with its edges and its part of the faces.
 const CORNER_BYTES: u64 = 700;
 
-/// What collision meshes become.
+/// Shapes to make of collision meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum MeshShapes {
-    /// Of links that cannot move the triangles that they are, of other links their convex hull.
+    /// Triangles for links that cannot move, convex hulls for other links.
     #[default]
     Mesh,
-    /// Their convex hull.
+    /// Convex hulls.
     Hull,
-    /// At most 32 convex parts, by hierarchical approximate decomposition on 64 voxels a side
-    /// (Mamou, "Volumetric Hierarchical Approximate Convex Decomposition", 2016). What is
-    /// narrower than a voxel may be closed.
+    /// At most 32 convex parts, by hierarchical approximate decomposition on 64 voxels a side (Mamou,
+    /// "Volumetric Hierarchical Approximate Convex Decomposition", 2016). Gaps narrower than a voxel may be
+    /// closed.
     Decomposition,
 }
 
-/// What a robot touches with, link by link. Hulls of large meshes take long to make:
-/// not on the physics thread.
+/// Collision shapes of a robot, link by link. Hulls of large meshes take long to make: not on the physics
+/// thread.
 #[derive(Clone, Default)]
 pub struct Shapes {
     pub(super) parts: Vec<Part>,
-    /// Of its meshes, for other robots with the same.
+    /// Shapes of its meshes, to be reused by other robots.
     meshes: MadeMeshes,
     proxies: Vec<Proxy>,
 }
 
-/// A shape of a link.
+/// Shape of a link.
 #[derive(Clone)]
 pub(super) struct Part {
-    /// Index of the link.
+    /// Link, by index.
     pub(super) link: usize,
-    /// `link_from_shape`, in parry's own convention for the shape.
+    /// `link_from_shape`, in parry's convention for the shape.
     pub(super) link_from_shape: DPose3,
     pub(super) shape: SharedShape,
     pub(super) inner: Inner,
-    /// Of triangles: which are next to each other.
+    /// Neighbours of triangles.
     pub(super) neighbours: Option<Arc<Neighbours>>,
-    /// Of a convex hull of many corners: its edges.
+    /// Edges of a convex hull of many corners.
     pub(super) graph: Option<Arc<Graph>>,
-    /// The box around it, as middle and half lengths in its axes.
+    /// Box around it, as centre and half lengths in its axes.
     pub(super) local_box: [DVec3; 2],
-    /// Of what a mesh became: the hash of its vertices and triangles.
+    /// Hash of the vertices and triangles, for a shape made of a mesh.
     pub(super) surface: Option<Sha256>,
-    /// As the description gives it.
+    /// Material, as the description gives it.
     pub(super) material: Material,
 }
 
@@ -84,13 +84,14 @@ impl fmt::Debug for Shapes {
 }
 
 impl Shapes {
-    /// Those of a robot, its meshes as their hulls. A mesh that is missing touches nothing; the load report said so.
+    /// Creates the shapes of a robot, with its meshes as hulls. A missing mesh touches nothing; the load
+    /// report said so.
     pub fn new(model: &RobotModel) -> Self {
         Self::reusing(model, false, MeshShapes::Hull, &[])
     }
 
-    /// Those of a robot whose root link can move or, with `fixed_base`, not. What other robots have of the same meshes
-    /// in the same scale is taken from them: it is what would be made here.
+    /// Creates the shapes of a robot whose root link can move or, with `fixed_base`, cannot. Shapes of the
+    /// same meshes at the same scale are taken from other robots: they are equal.
     pub fn reusing(
         model: &RobotModel,
         fixed_base: bool,
@@ -126,7 +127,7 @@ impl Shapes {
                 for Made { shape, own_from_shape, neighbours, graph, surface } in made.shapes {
                     let link_from_shape = collision.link_from_shape * own_from_shape;
                     let (inner, material) = (Inner::of(&*shape), collision.material);
-                    // Looked for once: parry looks at all corners of a hull.
+                    // Computed once: parry scans all corners of a hull.
                     let around = shape.compute_local_aabb();
                     let local_box = [around.center(), around.half_extents()];
                     parts.push(Part {
@@ -146,29 +147,29 @@ impl Shapes {
         Self { parts, meshes, proxies }
     }
 
-    /// What its collision meshes became, each once.
+    /// Returns the replacements of its collision meshes, each once.
     pub fn proxies(&self) -> &[Proxy] {
         &self.proxies
     }
 
-    /// What its meshes became, by what they were made from, and about how many bytes that takes. Robots whose meshes were
-    /// made from the same share it.
+    /// Returns the shapes of its meshes by their keys, each with its approximate number of bytes. Robots with
+    /// equal keys share them.
     pub fn mesh_bytes(&self) -> impl Iterator<Item = (MeshKey, u64)> + '_ {
         self.meshes.iter().map(|(key, made)| (*key, made.shapes.iter().map(Made::bytes).sum()))
     }
 
-    /// How many there are.
+    /// Returns the number of shapes.
     pub fn len(&self) -> usize {
         self.parts.len()
     }
 
-    /// Whether the robot touches nothing.
+    /// Returns whether the robot touches nothing.
     pub fn is_empty(&self) -> bool {
         self.parts.is_empty()
     }
 }
 
-/// Of each link, whether it can never move: a root that is fixed, and what is welded to it.
+/// Returns for each link whether it can never move: a fixed root, and everything welded to it.
 fn welded_to_world(model: &RobotModel, fixed_base: bool) -> Vec<bool> {
     let mut welded = vec![false; model.links.len()];
     if let Some(root) = welded.first_mut() {
@@ -184,7 +185,7 @@ fn welded_to_world(model: &RobotModel, fixed_base: bool) -> Vec<bool> {
     welded
 }
 
-/// What the mesh of one link is to become.
+/// Shapes to make of the mesh of one link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Way {
     Facets,
@@ -202,11 +203,11 @@ impl Way {
     }
 }
 
-/// A shape of a geometry.
+/// Shape of a geometry.
 #[derive(Clone)]
 pub(super) struct Made {
     pub(super) shape: SharedShape,
-    /// parry's axes for the shape in those of the description.
+    /// Pose of parry's axes for the shape in the description's axes.
     pub(super) own_from_shape: DPose3,
     /// See [`Part::neighbours`].
     pub(super) neighbours: Option<Arc<Neighbours>>,
@@ -222,7 +223,7 @@ impl Made {
         Self { shape, own_from_shape: DPose3::IDENTITY, neighbours: None, graph: None, surface: None }
     }
 
-    /// About what it takes in memory, where it was made of a mesh.
+    /// Returns its approximate memory in bytes, if it was made of a mesh.
     fn bytes(&self) -> u64 {
         match self.shape.as_typed_shape() {
             TypedShape::TriMesh(mesh) => mesh.indices().len() as u64 * TRIANGLE_BYTES,
@@ -233,14 +234,14 @@ impl Made {
     }
 }
 
-/// What a mesh is made from: the hash of its file, its scale and what it is to become.
+/// Key of a mesh's shapes: the hash of its file, its scale and the kind of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MeshKey(Sha256, [u64; 3], Way);
 
-/// What meshes became.
+/// Shapes of meshes by key.
 type MadeMeshes = BTreeMap<MeshKey, MadeMesh>;
 
-/// The shapes of a geometry, and what is to be said of it where it is a mesh.
+/// Shapes of a geometry, and their report if it is a mesh.
 #[derive(Default)]
 struct Whole {
     shapes: Vec<Made>,
@@ -253,8 +254,8 @@ impl From<Made> for Whole {
     }
 }
 
-/// What a geometry touches with; nothing where its mesh is missing.
-/// `facet_bytes` counts what meshes take that are collided with as they are.
+/// Returns the shapes of a geometry; none if its mesh is missing. `facet_bytes` counts the memory of meshes
+/// that collide as triangles.
 fn shapes(
     geometry: &Geometry,
     way: Way,
@@ -301,13 +302,13 @@ fn shapes(
     }
 }
 
-/// The shape of a primitive, and parry's axes for it in its own; `None` for a mesh without a hull.
+/// Returns the shape of a primitive, and parry's axes for it in its own; `None` for a mesh without a hull.
 pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
     let made = shapes(geometry, Way::Hull, &mut 0, &mut MadeMeshes::new(), &[]);
     made.shapes.into_iter().next().map(|made| (made.shape, made.own_from_shape))
 }
 
-/// parry's cylinders and cones stand along y, URDF's along z.
+/// Returns the rotation for parry's cylinders and cones, whose axis is y, while URDF's is z.
 pub(super) fn upright() -> DPose3 {
     DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2))
 }

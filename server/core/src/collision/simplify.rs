@@ -1,33 +1,36 @@
-//! A few corners whose convex hull is nearly that of many: what a contact with a hull costs, and how long it takes to make, is
-//! then bounded.
+//! Simplification of hulls: some corners whose convex hull is nearly the hull of many points. It bounds the
+//! cost of a contact with a hull, and the time to make one.
 
 use glamx::DVec3;
 use rapier3d_f64::parry::transformation::try_convex_hull;
 use simd_model::extremes;
 
-/// Corners lie at most so far outside of the simpler hull's faces, as a part of half the longest side of their box, where [`MOST`]
-/// corners are enough for that.
+/// Largest distance of corners outside of the simpler hull's faces, if [`MOST`] corners are enough for it. It
+/// is a part of half the longest side of their box.
 pub(super) const TOLERANCE: f64 = 5e-3;
 
-/// Corners of a simpler hull. A ball of 30,000 corners is within two and a half times [`TOLERANCE`] with so many.
+/// Maximum number of corners of a simpler hull. A ball of 30,000 corners is within two and a half times
+/// [`TOLERANCE`] with this number.
 const MOST: usize = 512;
 
-/// Directions whose extremes it begins with.
+/// Number of initial directions whose extreme corners are taken.
 const FIRST: usize = 32;
 
-/// Directions whose extremes stand for corners that have no hull that can be computed.
+/// Number of directions whose extreme corners replace points without a computable hull.
 const DIRECTIONS: usize = 256;
 
-/// Of more corners than this only those that are the farthest from the middle in their direction are looked at.
+/// Number of points above which only the farthest from the centre in each direction are used.
 const MANY: usize = 20_000;
 
-/// Directions are distinguished by so many times so many cells on each side of a cube.
+/// Number of cells along each side of a cube's face that distinguish directions.
 const SIDE: usize = 64;
 
-/// Corners out of all, and how far any other one lies outside of the planes of their hull's faces at the most, metres.
+/// Returns corners among the points, and the largest distance of any other point outside of their hull's
+/// faces, metres.
 ///
-/// Begun with a few, the farthest beyond each face is added until none is farther than the tolerance: Barber, Dobkin and Huhdanpaa,
-/// "The Quickhull algorithm for convex hulls" (1996), ended early.
+/// It starts with a few, and adds the farthest point beyond each face until none is farther than the
+/// tolerance. See Barber, Dobkin and Huhdanpaa, "The Quickhull algorithm for convex hulls" (1996), ended
+/// early.
 pub(super) fn simplified(points: &[DVec3]) -> (Vec<DVec3>, f64) {
     let Some(first) = points.first() else { return (Vec::new(), 0.0) };
     let (least, most) = points.iter().fold((*first, *first), |(l, m), point| (l.min(*point), m.max(*point)));
@@ -43,7 +46,7 @@ pub(super) fn simplified(points: &[DVec3]) -> (Vec<DVec3>, f64) {
             return (kept, error);
         };
         let mut beyond: Vec<(f64, DVec3)> = vec![(tolerance, DVec3::ZERO); planes.len()];
-        // What is inside stays inside of all hulls to come.
+        // A point inside stays inside of all later hulls.
         outside.retain(|point| {
             let (face, height) = highest(*point, &planes);
             if height > beyond[face].0 {
@@ -57,20 +60,20 @@ pub(super) fn simplified(points: &[DVec3]) -> (Vec<DVec3>, f64) {
             return (kept, error);
         }
         beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
-        // Not all at once: what one adds may cover the next.
+        // Not all at once: one may cover the next.
         let some = (kept.len() / 2).min(MOST - kept.len()).max(1);
         kept.extend(beyond.into_iter().take(some).map(|(_, point)| point));
     }
 }
 
-/// A plane, as its normal out of the hull and how far it is from the origin along that.
+/// Plane, as its outward normal and its distance from the origin along it.
 type Plane = (DVec3, f64);
 
 fn planes(points: &[DVec3]) -> Option<Vec<Plane>> {
     planes_of_all(points).filter(|planes| !planes.is_empty())
 }
 
-/// Of the faces of a hull, where there is one.
+/// Returns the planes of a hull's faces, if there is a hull.
 fn planes_of_all(points: &[DVec3]) -> Option<Vec<Plane>> {
     let (corners, faces) = try_convex_hull(points).ok()?;
     let plane = |face: &[u32; 3]| {
@@ -81,7 +84,7 @@ fn planes_of_all(points: &[DVec3]) -> Option<Vec<Plane>> {
     Some(faces.iter().filter_map(plane).collect())
 }
 
-/// The plane that a point lies highest above, and how high.
+/// Returns the plane that a point lies highest above, and the height.
 fn highest(point: DVec3, planes: &[Plane]) -> (usize, f64) {
     let mut found = (0, f64::NEG_INFINITY);
     for (index, (normal, along)) in planes.iter().enumerate() {
@@ -97,7 +100,7 @@ fn farthest_outside(points: &[DVec3], planes: &[Plane]) -> f64 {
     points.iter().map(|point| highest(*point, planes).1).fold(0.0, f64::max)
 }
 
-/// All points, or of very many those that are the farthest from the middle in their direction.
+/// Returns all points, or if there are very many, the farthest from the centre in each direction.
 fn candidates(points: &[DVec3], middle: DVec3) -> Vec<DVec3> {
     if points.len() <= MANY {
         return points.to_vec();

@@ -1,32 +1,32 @@
-//! Boxes that stay where they are in a tree, so that their number does not matter to what moves among them.
+//! Tree of immovable boxes, so that their number hardly affects the cost of moving ones.
 
 use rapier3d_f64::parry::bounding_volume::Aabb;
 use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
 
 use super::bounds::Bounds;
 
-/// Fewer than this are looked at one by one.
+/// Number of boxes below which all are scanned.
 const WORTH_A_TREE: usize = 16;
 
-/// Numbered boxes. It is made anew when one of them has moved: what it finds is put in order and compared
-/// exactly, so that nothing depends on how it was made.
+/// Numbered boxes. It is rebuilt when one of them has moved. Its results are sorted and compared exactly, so
+/// that nothing depends on how it was built.
 #[derive(Default)]
 pub(super) struct Still {
     tree: Option<Bvh>,
-    /// The numbers of the tree's leaves.
+    /// Numbers of the tree's leaves.
     leaves: Vec<usize>,
-    /// Those that are not in the tree: few, or without an end.
+    /// Boxes outside the tree: few, or infinite ones.
     others: Vec<usize>,
 }
 
 impl Still {
-    /// Takes these instead of what there was.
+    /// Replaces all boxes.
     pub(super) fn replace(&mut self, boxes: impl Iterator<Item = (usize, Bounds)>) {
         self.leaves.clear();
         self.others.clear();
         let mut bounds = Vec::new();
         for (number, Bounds { least, most }) in boxes {
-            // The tree takes no numbers that are not finite, and a plane would be everywhere in it.
+            // The tree takes only finite boxes, and a plane would be everywhere in it.
             if least.is_finite() && most.is_finite() {
                 self.leaves.push(number);
                 bounds.push(Aabb::new(least, most));
@@ -43,7 +43,7 @@ impl Still {
         }
     }
 
-    /// Adds the numbers of those that may meet a box, in no order: at least all that do.
+    /// Adds the numbers of boxes that may meet a box, unordered: at least all that do.
     pub(super) fn candidates(&self, bounds: &Bounds, found: &mut Vec<usize>) {
         found.extend_from_slice(&self.others);
         if let Some(tree) = &self.tree {

@@ -1,5 +1,5 @@
-//! What a convex shape has to do with a surface of triangles at one moment: the nearest points, and whether the two
-//! overlap. Surfaces may have a million triangles, so both are given up as soon as they are cancelled.
+//! Nearest points and overlaps of a convex shape and a surface of triangles. Surfaces may have a million
+//! triangles, so both end as soon as they are cancelled.
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
@@ -11,15 +11,16 @@ use super::distance::convex_contact;
 use super::facets::{Facets, above, unit_normal};
 use super::plane::outermost;
 
-/// Triangles that are looked at before it is asked again whether the question was cancelled.
+/// Number of triangles between two calls of `is_cancelled`.
 const BETWEEN_CANCELS: usize = 1_024;
 
-/// The nearest points of a surface and a convex shape that is at most `within` from it, and the normal from the first to
-/// the second, all in the surface's axes. Of what is below a height field the depth is that below the triangle above its
-/// middle, and what overlaps it is not parted from it downwards. `None` where they are farther apart, or `is_cancelled`.
+/// Returns the nearest points of a surface and a convex shape that is at most `within` from it. The normal
+/// leads from the first to the second; all is in the surface's axes. Below a height field, the depth is
+/// measured from the triangle above the shape's centre. An overlap with a height field is not resolved
+/// downwards. Returns `None` if they are farther apart, or `is_cancelled`.
 ///
-/// Triangles are looked at in the order of how far their bounds are from those of the shape, until no other one can be
-/// nearer. What all of them are looked for within is the distance between some two points of the two.
+/// Triangles are tested in the order of their bounds' distance from the shape's, until no other one can be
+/// nearer. The distance between any two points of the two limits the search.
 pub(super) fn nearest_on_surface(
     surface: Facets<'_>,
     shape: &dyn Shape,
@@ -33,7 +34,7 @@ pub(super) fn nearest_on_surface(
     }
     let on_surface = surface.near(middle)?;
     let on_shape = shape.project_point(surface_from_shape, on_surface, true).point;
-    // A little more, so that one at the very distance is found.
+    // A little more, so that a shape exactly at the distance is found.
     let mut limit = within.max(0.0).min(on_surface.distance(on_shape)) * (1.0 + 1e-9) + 1e-9;
     let around = shape.compute_aabb(surface_from_shape);
     let mut ids = Vec::new();
@@ -70,7 +71,8 @@ pub(super) fn nearest_on_surface(
     best.filter(|found| found.dist <= within)
 }
 
-/// Whether a convex shape overlaps a surface, or is below it where that is a height field; `false` once `is_cancelled`.
+/// Returns whether a convex shape overlaps a surface, or is below it if it is a height field; `false` once
+/// `is_cancelled`.
 pub(super) fn overlaps_surface(
     surface: Facets<'_>,
     shape: &dyn Shape,
@@ -105,7 +107,8 @@ fn triangle_above(surface: Facets<'_>, middle: DVec3) -> Option<Triangle> {
     }
 }
 
-/// Of a shape whose middle is below a triangle of a height field the point that is deepest below its plane.
+/// Returns the point of a shape that is deepest below the plane of a height field's triangle, if its centre
+/// is below the triangle.
 fn below(triangle: &Triangle, shape: &dyn Shape, surface_from_shape: &DPose3) -> Option<Contact> {
     let normal = unit_normal(triangle)?;
     let inward = surface_from_shape.rotation.inverse() * -normal;
@@ -121,10 +124,10 @@ fn below(triangle: &Triangle, shape: &dyn Shape, surface_from_shape: &DPose3) ->
     Some(Contact::new(at - normal * height, at, normal, -normal, height))
 }
 
-/// A triangle of a height field with the ground below it.
+/// Triangle of a height field with the ground below it.
 struct Column {
     triangle: Triangle,
-    /// Where it ends, along parry's y.
+    /// Lower end, along parry's y.
     bottom: f64,
 }
 
@@ -138,8 +141,9 @@ impl SupportMap for Column {
     }
 }
 
-/// The shortest move that parts a shape from a triangle that it overlaps and from the ground below that. A triangle alone has
-/// no ground: of a plate through which a hill stands the way down is the shorter one.
+/// Returns the shortest displacement that separates a shape from a triangle that it overlaps and from the
+/// ground below. For a triangle without ground, the way down could be shorter, as for a plate through which a
+/// hill stands.
 fn out_of_ground(triangle: &Triangle, (shape, surface_from_shape): (&dyn Shape, &DPose3)) -> Option<Contact> {
     let own = triangle_bounds(triangle);
     let around = shape.compute_aabb(surface_from_shape);
@@ -153,7 +157,8 @@ fn out_of_ground(triangle: &Triangle, (shape, surface_from_shape): (&dyn Shape, 
     (is_sound && found.normal1.is_finite()).then_some(found)
 }
 
-/// Whether a triangle is at least as far from a shape as what was found, by the plane that is between the two there.
+/// Returns whether a triangle is at least as far from a shape as the best result, by the plane between the
+/// best points.
 fn is_farther(
     triangle: &Triangle,
     (shape, surface_from_shape): (&dyn Shape, &DPose3),
@@ -167,13 +172,13 @@ fn is_farther(
     found.dist > 0.0 && least - most >= found.dist
 }
 
-/// The box around a triangle.
+/// Returns the box around a triangle.
 pub(super) fn triangle_bounds(triangle: &Triangle) -> Aabb {
     let Triangle { a, b, c } = *triangle;
     Aabb::new(a.min(b).min(c), a.max(b).max(c))
 }
 
-/// How far two boxes are apart.
+/// Returns the distance of two boxes.
 pub(super) fn gap(a: &Aabb, b: &Aabb) -> f64 {
     (b.mins - a.maxs).max(a.mins - b.maxs).max(DVec3::ZERO).length()
 }

@@ -1,4 +1,4 @@
-//! What is below the surface of terrain, where it was not meant to be put.
+//! Shapes below the surface of terrain by mistake.
 
 use std::cell::Cell;
 
@@ -10,14 +10,15 @@ use super::Shapes;
 use super::facets::{Facets, above};
 use super::scene::PlacedShape;
 
-/// Surfaces farther above than this are not looked for, metres.
+/// Largest height above a shape at which surfaces are looked for, metres.
 const FARTHEST: f64 = 1e4;
 
-/// Triangles are counted this far beside the middle, as a part of its coordinates: edges that meet above it count as two.
+/// Displacement of the ray that counts triangles, as a part of the coordinates: edges that meet above the
+/// centre would count as two.
 const ASIDE: f64 = 1e-6;
 
 impl Shapes {
-    /// Whether some of it are of triangles.
+    /// Returns whether some shapes consist of triangles.
     pub fn has_terrain(&self) -> bool {
         self.parts.iter().any(|part| is_terrain(&*part.shape))
     }
@@ -28,14 +29,16 @@ fn is_terrain(shape: &dyn Shape) -> bool {
 }
 
 impl PlacedShape {
-    /// Whether it is of triangles.
+    /// Returns whether it consists of triangles.
     pub fn is_terrain(&self) -> bool {
         is_terrain(&*self.shape)
     }
 
-    /// How far the middle of this shape, which can move, is below terrain, metres, upwards; `None` where it is not, and where the
-    /// other shape is not of triangles. All below a height field is ground, and all inside of a mesh that is closed. Another mesh may be
-    /// a roof: what is below its upper side is below the surface where nothing of the mesh is beneath.
+    /// Returns the depth of this movable shape's centre below terrain, metres, upwards. Returns `None` if it
+    /// is not below, or if the other shape does not consist of triangles.
+    ///
+    /// All below a height field is ground, and all inside a closed mesh. Another mesh may be a roof: a shape
+    /// below its upper side is below the surface if no part of the mesh is beneath.
     pub fn depth_below(&self, terrain: &Self, up: DVec3) -> Option<f64> {
         self.body?;
         let middle = self.world_from_shape.transform_point(self.shape.compute_local_bounding_sphere().center);
@@ -49,7 +52,7 @@ impl PlacedShape {
             }
             TypedShape::TriMesh(mesh) => {
                 let (depth, normal) = first(mesh, middle, up)?;
-                // That of a room from within faces down.
+                // Within a room, the triangle above faces down.
                 let has_upper_side = normal.dot(up) > 0.0;
                 let is_bottomless = || first(mesh, middle, -up).is_none();
                 let is_solid =
@@ -61,20 +64,20 @@ impl PlacedShape {
     }
 }
 
-/// How far the first triangle is in a direction, and its normal.
+/// Returns the distance of the first triangle in a direction, and its normal.
 fn first(mesh: &TriMesh, from: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
     let hit = mesh.cast_local_ray_and_get_normal(&Ray::new(from, direction), FARTHEST, false)?;
     let triangle = mesh.triangle(hit.subshape);
     Some((hit.time_of_impact, (triangle.b - triangle.a).cross(triangle.c - triangle.a)))
 }
 
-/// Whether a point is inside of a closed mesh: an odd number of its triangles is above.
+/// Returns whether a point is inside a closed mesh: an odd number of its triangles is above.
 fn is_inside(mesh: &TriMesh, point: DVec3, up: DVec3) -> bool {
     let (u, v) = up.any_orthonormal_pair();
     let aside = (u * 0.83 + v * 0.55) * (ASIDE * (1.0 + point.abs().max_element()));
     let ray = Ray::new(point + aside, up);
     let above = Cell::new(0_u32);
-    // Nothing is the first: all that the ray meets are counted.
+    // No hit ends the search: all that the ray meets are counted.
     mesh.bvh().cast_ray(&ray, FARTHEST, |id, _| {
         let is_met = mesh.triangle(id).cast_local_ray(&ray, FARTHEST, false).is_some();
         above.set(above.get() + u32::from(is_met));

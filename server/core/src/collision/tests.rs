@@ -1,4 +1,4 @@
-//! Colliders are where the links are.
+//! Poses of colliders at their links.
 
 use std::sync::Arc;
 
@@ -31,8 +31,8 @@ pub(super) fn cube() -> Arc<MeshAsset> {
     })
 }
 
-/// A base with a box; an arm with a sphere and a cylinder; a pad that is bolted to the arm, a
-/// mesh scaled and mirrored; and a frame that touches nothing.
+/// Returns a base with a box, and an arm with a sphere and a cylinder. A pad is fixed to the arm, a mesh that
+/// is scaled and mirrored. A frame touches nothing.
 fn robot() -> RobotModel {
     let link = |name: &str, collisions| Link {
         name: name.into(),
@@ -159,7 +159,7 @@ fn colliders_go_with_their_robot_and_come_back_with_a_saved_state() {
     assert_eq!(world.collider_poses("robot").unwrap().len(), 4);
 }
 
-/// Points on a plane have no hull of their own; a plate stands in for it.
+/// Points on a plane have no hull; a plate replaces them.
 #[test]
 fn a_flat_mesh_and_one_without_points_are_no_trouble() {
     let mut model = robot();
@@ -211,7 +211,7 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     let hulls: Vec<_> = shapes.parts.iter().filter_map(|part| part.shape.as_convex_polyhedron()).collect();
     assert_eq!(hulls.len(), 100);
     assert!(hulls.iter().all(|hull| std::ptr::eq(*hull, hulls[0])));
-    // Another robot with the same mesh has the same hull, and in another scale its own.
+    // Another robot with the same mesh shares its hull, and at another scale has a separate one.
     let known = Arc::new(shapes.clone());
     let other = Shapes::reusing(&model, false, MeshShapes::Hull, std::slice::from_ref(&known));
     assert!(
@@ -226,14 +226,14 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     assert!(!Arc::ptr_eq(&of_pad(&larger).0, &of_pad(&known).0));
     let corners = hulls[0].points();
     assert!(corners.len() <= 512);
-    // It still is a ball: flat between the corners, by less than a fiftieth of its radius.
+    // It is still a ball: flat between the corners, by less than a fiftieth of its radius.
     let furthest = |direction: DVec3| corners.iter().map(|p| p.dot(direction)).fold(0.0, f64::max);
     for direction in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE.normalize()] {
         assert!((0.98..=1.0 + 1e-12).contains(&furthest(direction)), "{}", furthest(direction));
     }
 }
 
-/// Two bars of a metre at a right angle, as a robot of one link that touches.
+/// Returns two bars of a metre at a right angle, as a robot of one link.
 fn bars() -> RobotModel {
     let corner = [
         DVec3::ZERO,
@@ -282,7 +282,7 @@ fn a_mesh_is_taken_apart_where_that_is_asked_for() {
     let (in_bar, between) = (DVec3::new(0.7, 0.1, 0.1), DVec3::new(0.55, 0.4, 0.1));
     assert!(inside(&hull, in_bar) && inside(&hull, between));
     assert!(inside(&parts, in_bar) && !inside(&parts, between));
-    // The way is part of what hulls are known by.
+    // The kind of shapes is part of a hull's key.
     let again = Shapes::reusing(&model, false, MeshShapes::Hull, std::slice::from_ref(&parts));
     assert_eq!(again.len(), 1);
 }
@@ -348,8 +348,8 @@ fn a_plane_that_could_move_is_no_collider() {
     assert_eq!(colliders(false), []);
 }
 
-/// A tree takes no numbers that are not finite: what has such a box is looked at beside it, and what is at no finite place is met by
-/// nothing.
+/// A tree takes only finite boxes: other shapes are tested separately, and shapes at positions that are not
+/// finite are left out.
 #[test]
 fn questions_meet_shapes_whose_boxes_are_not_finite() {
     let query = |geometry: Geometry| QueryShape::new(&geometry).unwrap();

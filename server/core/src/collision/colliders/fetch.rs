@@ -1,11 +1,11 @@
-//! Memory of colliders, brought near the processor before it is looked for contacts.
+//! Prefetch of colliders before the search for contacts.
 
 use std::hint::black_box;
 
 use super::{Frame, Placed, RobotColliders};
 
 impl RobotColliders {
-    /// Reads what a step needs of the first of them, and does nothing with it: see
+    /// Reads the data of the first collider that a step needs, and discards them: see
     /// [`Articulation::fetch`](crate::dynamics::Articulation::fetch).
     pub fn fetch(&self) {
         let of_placed =

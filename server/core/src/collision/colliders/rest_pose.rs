@@ -1,4 +1,4 @@
-//! Where colliders are while their robot sleeps.
+//! Poses of colliders while their robot sleeps.
 
 use glamx::{DPose3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -6,22 +6,22 @@ use serde::{Deserialize, Serialize};
 use super::{Bounds, Placed, RobotColliders};
 use crate::plain::{pose3, vector3};
 
-/// Where a collider of a robot that sleeps rests.
+/// Pose of a collider of a sleeping robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RestPose {
-    /// World from the shape, in parry's axes for it.
+    /// World from shape, in parry's axes for the shape.
     #[serde(with = "pose3")]
     pub world_from_shape: DPose3,
-    /// How far around it contacts are looked for, metres.
+    /// Distance within which contacts are looked for, metres.
     pub margin: f64,
-    /// As much of that as is for its motion without turning, along that motion.
+    /// Part of that for its motion without turning, along that motion.
     #[serde(with = "vector3")]
     pub drift: DVec3,
 }
 
 impl RobotColliders {
-    /// The pose of each, and how far around it contacts are looked for: what a step reads of a robot
-    /// that sleeps, whose colliders keep the poses of the step in which it fell asleep.
+    /// Returns the pose and the contact distance of each collider, which a step reads of a sleeping robot.
+    /// Its colliders keep the poses of the step in which it fell asleep.
     pub fn save_poses(&self) -> impl Iterator<Item = RestPose> + '_ {
         self.placed.iter().zip(&self.frames).map(|(&Placed { margin, drift, .. }, frame)| RestPose {
             world_from_shape: frame.world_from_shape,
@@ -30,12 +30,12 @@ impl RobotColliders {
         })
     }
 
-    /// Gives each a saved pose; there is one for each.
+    /// Restores the saved pose of each collider; there is one for each.
     pub fn restore_poses(&mut self, poses: &[RestPose]) {
         self.bounds = Bounds::default();
         self.is_any_lost = false;
         for ((placed, frame), rest) in self.placed.iter_mut().zip(&mut self.frames).zip(poses) {
-            // What sleeps is slow: its margin is not bounded.
+            // A sleeping robot is slow, so its margin is not bounded.
             let RestPose { world_from_shape, margin, drift } = *rest;
             let axes = placed.set_pose(frame, world_from_shape);
             placed.set_margin(margin, drift);
