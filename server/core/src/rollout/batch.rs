@@ -1,4 +1,4 @@
-//! Copies, a batch at a time.
+//! Advance of copies, a batch at a time.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -12,21 +12,21 @@ use super::variations::trees;
 use crate::pool::Interrupt;
 use crate::simulation::{Error, EventKind, Simulation};
 
-/// What a term is worth in a step at the most, before it is weighted: as large a weight of as many terms in as many steps as there may
-/// be sums up to a number. No cost is infinite, or none at all, but that of a copy that ended.
+/// Largest unweighted cost of a term in a step. The sum over the maximum numbers of terms and steps, with the
+/// largest weight, is then finite. Only copies that ended have an infinite or NaN cost.
 const LARGEST_VALUE: f64 = 1e200;
 
-/// The memory of one who runs copies: one of them at a time.
+/// Memory of a worker, which runs one copy at a time.
 #[derive(Debug)]
 pub struct Worker {
     pub(super) world: Simulation,
     pub(super) view: View,
     pub(super) memory: ControlMemory,
-    /// Factors of the gains that the rollout gives, by robot and joint; empty is one.
+    /// Factors of the rollout's gains, by robot and joint; empty means 1.
     gain_factors: Vec<Vec<f64>>,
-    /// Of copies that step at once, one each.
+    /// Workers of further copies that step at once, one each.
     pub(super) beside: Vec<Worker>,
-    /// The batch that it is at.
+    /// Batch in progress.
     open: Option<OpenBatch>,
 }
 
@@ -44,13 +44,13 @@ impl Worker {
 }
 
 impl Rollout {
-    /// One who runs copies.
+    /// Creates a worker.
     pub fn worker(&self) -> Worker {
         Worker::with(Simulation::copy_of(&self.start))
     }
 
-    /// Advances the copies of a batch by all of their steps; nothing where `interrupt`, which is asked before each step, says that
-    /// no one wants them any more.
+    /// Advances the copies of a batch by all of their steps. Returns nothing if `interrupt`, which is called
+    /// before each step, returns true.
     pub fn advance(
         &self,
         worker: &mut Worker,
@@ -61,12 +61,12 @@ impl Rollout {
         self.go_on(worker, &Unpaused(interrupt)).ok().flatten().map(|(_, result)| result)
     }
 
-    /// Has a worker begin a batch, in the place of the one that it was at.
+    /// Starts a batch on a worker, which drops its current one.
     pub fn begin_batch(&self, worker: &mut Worker, batch: usize) {
         worker.open = Some(self.open(batch, self.copies_of(batch)));
     }
 
-    /// A batch of which nothing is done.
+    /// Returns a new batch.
     pub(super) fn open(&self, batch: usize, copies: Range<usize>) -> OpenBatch {
         let count = copies.len();
         let states = self.shape.rows * self.shape.columns();
@@ -82,14 +82,14 @@ impl Rollout {
         OpenBatch::new(batch, copies, room)
     }
 
-    /// Advances the copies of the batch that a worker is at by as many of their steps as the schedule lets them do. Gives the
-    /// number of the batch and what became of it once all are at their end; nothing where the worker is at none.
+    /// Advances the copies of the worker's batch by as many steps as the schedule allows. Returns the batch's
+    /// number and result once all copies have ended; `None` if the worker has no batch.
     ///
-    /// The one place where copies step: several at once where they can be in lanes, else one after the other. Either way, and
-    /// wherever they pause, each has the same bits.
+    /// Copies step only here: several at once if lanes can take them, else one after the other. In both
+    /// cases, and with any pauses, each has the same bits.
     ///
     /// # Errors
-    /// Returns why they are not at their end. Where they are paused, the worker is still at the batch.
+    /// Returns why the copies have not ended. If they are paused, the worker keeps the batch.
     pub fn go_on(
         &self,
         worker: &mut Worker,
@@ -136,7 +136,7 @@ impl Rollout {
         Ok(())
     }
 
-    /// What a copy writes into the arrays of its batch.
+    /// Returns a copy's parts of its batch's arrays.
     pub(super) fn copy_result<'r>(&self, result: &'r mut BatchResult, index: usize) -> CopyResult<'r> {
         let steps = if self.shape.step_costs { self.shape.steps as usize } else { 0 };
         CopyResult {
@@ -146,7 +146,7 @@ impl Rollout {
         }
     }
 
-    /// Does the steps of a copy, after those that it has done.
+    /// Does the remaining steps of a copy.
     fn run(
         &self,
         worker: &mut Worker,
@@ -180,7 +180,8 @@ impl Rollout {
         Ok(())
     }
 
-    /// Looks whether copies can begin, drive and be weighed: what is wrong for the first is an answer to the request.
+    /// Checks that copies can begin, be driven and be weighed: an error of the first one is the answer to the
+    /// request.
     pub(super) fn try_first_step(&self, mut worker: Worker) -> Result<(), Error> {
         self.begin(&mut worker, 0)?;
         self.drive(&mut worker, 0, 0)?;
@@ -188,7 +189,7 @@ impl Rollout {
         self.costs.iter().try_for_each(|term| term.value(&mut worker.view, &|| false).map(drop))
     }
 
-    /// Puts the worker's world to where a copy starts.
+    /// Moves the worker's world to the start of a copy.
     pub(super) fn begin(&self, worker: &mut Worker, copy: usize) -> Result<(), Error> {
         let robots = self.state.world.entities.len();
         let mut masses = vec![Vec::new(); robots];
@@ -205,7 +206,7 @@ impl Rollout {
         Ok(())
     }
 
-    /// Gives a copy what is due before a step.
+    /// Applies the controls and variations that are due before a step of a copy.
     pub(super) fn drive(&self, worker: &mut Worker, copy: usize, step: u64) -> Result<(), Error> {
         let Worker { world, memory, gain_factors, .. } = worker;
         for control in &self.controls {
@@ -236,7 +237,8 @@ impl Rollout {
         schedule: &dyn Schedule,
     ) -> Result<(), Stop> {
         let is_last = step + 1 == self.shape.steps;
-        // What is found by a search that was given up is no distance, also where who gave it up says something else the next time.
+        // A distance from a cancelled search is invalid, even if the schedule later withdraws the
+        // cancellation.
         let was_over = Cell::new(false);
         let is_over = || {
             was_over.set(was_over.get() || schedule.is_over());
@@ -270,7 +272,7 @@ impl Worker {
         }
         let disabled = |kind: EventKind| match kind {
             EventKind::EntityDisabled { robot, reason } => {
-                // What follows is what a world does with it.
+                // The rest describes what a world does with the robot.
                 let what = reason.split_once("; the robot was put back").map_or(&*reason, |(what, _)| what);
                 Some(format!("robot {robot:?}: {what}"))
             }
@@ -280,7 +282,7 @@ impl Worker {
         failed.map_or(Ok(()), |reason| Err(Stop::Ended(reason)))
     }
 
-    /// Looks at the world as it is now.
+    /// Updates the view from the world.
     pub(super) fn look(&mut self) {
         self.world.observe(&mut self.view.state);
         self.view.changed();

@@ -1,4 +1,4 @@
-//! What joints are to do in each step of a copy.
+//! Controls of joints in each step of a copy.
 
 use pulp::Simd;
 use simd_model::LARGEST_GIVEN;
@@ -12,7 +12,7 @@ use crate::simulation::command::{JointTarget, RobotTargets, SetTargets, Target};
 use crate::simulation::published_state::WorldLayout;
 use crate::simulation::{Command, Error, Simulation};
 
-/// A control whose names were found.
+/// A control with resolved names.
 #[derive(Debug)]
 pub(super) struct ControlPlan {
     robot: usize,
@@ -20,10 +20,10 @@ pub(super) struct ControlPlan {
     joints: Vec<String>,
     axes: Vec<Axis>,
     mode: ControlMode,
-    /// `None` is zero.
+    /// Values; `None` means zero.
     values: Option<Knots>,
-    /// Stiffness and damping of each joint; NaN is the joint's own. No `Option`: whatever number lies in an absent one is computed
-    /// with ahead of the branch, which takes long where it is subnormal.
+    /// Stiffness and damping of each joint; NaN means the joint's own. This is no `Option`: the processor
+    /// would compute speculatively with the number in an absent one, which is slow if it is subnormal.
     gains: Vec<[f64; 2]>,
     feedback: Option<FeedbackPlan>,
 }
@@ -44,7 +44,7 @@ pub(super) struct ControlMemory {
 }
 
 impl ControlPlan {
-    /// Finds names and counts numbers; `index` is the control's index in the request.
+    /// Resolves names and checks lengths; `index` is the control's index in the request.
     pub(super) fn new(
         layout: &WorldLayout,
         index: usize,
@@ -109,26 +109,26 @@ impl ControlPlan {
         Ok(Self { robot, name, joints, axes, mode, values, gains, feedback })
     }
 
-    /// The index of its robot.
+    /// Returns the index of its robot.
     pub(super) fn robot(&self) -> usize {
         self.robot
     }
 
-    /// The bodies of its joints.
+    /// Returns the bodies of its joints.
     pub(super) fn bodies(&self) -> impl Iterator<Item = usize> + '_ {
         self.axes.iter().map(|axis| axis.body)
     }
 
-    /// Whether it says something new at a step.
+    /// Returns whether it sets new targets at a step.
     pub(super) fn drives_at(&self, step: u64) -> bool {
         self.feedback.is_some() || self.values.as_ref().is_some_and(|values| values.change_at(step))
     }
 
-    /// Gives the joints what they are to do in a step of a copy, where that is something new. `factor` is that of the gains of a
-    /// joint, by its index in the robot's model.
+    /// Sets the joints' targets in a step of a copy, if they are new. `factor` returns the factor of a
+    /// joint's gains, by its index in the robot's model.
     ///
     /// # Errors
-    /// Returns an error if a number is not finite, and in the first step where the world refuses targets.
+    /// Returns an error if a number is not finite, and in the first step if the world refuses the targets.
     pub(super) fn drive(
         &self,
         world: &mut Simulation,
@@ -142,8 +142,8 @@ impl ControlPlan {
         self.find_numbers((copy, step), |body| world.axis_state(self.robot, body), memory)?;
         let gains = self.axes.iter().zip(&self.gains);
         let gains = gains.map(|(axis, gains)| gains.map(|gain| gain * factor(axis.joint)));
-        // A command ends the trajectories that the joints are on, and says what is wrong with targets. Where there is neither, the
-        // same is done without it: it takes as long as a step.
+        // A command ends the trajectories of the joints, and validates targets. If neither is needed, the
+        // targets are set directly: a command takes as long as a step.
         let by_command = step == 0
             && (copy == 0
                 || world.has_trajectories(self.robot)
@@ -163,8 +163,8 @@ impl ControlPlan {
         Ok(())
     }
 
-    /// The same of a copy in a lane, after its first step, where no other control has one of the joints: then a target differs from
-    /// the one before it in its number alone.
+    /// Like [`drive`](Self::drive) for a copy in a lane, after its first step, if no other control has one of
+    /// the joints. A target then differs from the previous one only in its value.
     pub(super) fn drive_lane<S: Simd>(
         &self,
         lanes: &mut LaneRobot<S>,
@@ -187,8 +187,8 @@ impl ControlPlan {
         Ok(())
     }
 
-    /// Finds the number of the target of each joint in a step of a copy. `axis_state` is position and velocity of the joint of a
-    /// body.
+    /// Computes the target value of each joint in a step of a copy. `axis_state` returns position and
+    /// velocity of the joint of a body.
     fn find_numbers(
         &self,
         (copy, step): (usize, u64),

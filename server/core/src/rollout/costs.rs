@@ -1,4 +1,4 @@
-//! What a step of a copy costs.
+//! Cost of a step of a copy.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +12,7 @@ use super::request::{Cost, CostTerm, Named};
 use crate::simulation::published_state::WorldLayout;
 use crate::simulation::{Error, PublishedState};
 
-/// A term whose names were found.
+/// A term with resolved names.
 #[derive(Debug)]
 pub(super) struct CostPlan {
     pub(super) weight: f64,
@@ -22,13 +22,13 @@ pub(super) struct CostPlan {
 
 #[derive(Debug)]
 enum Weighted {
-    /// Indices among the positions of all robots, and where they are to be.
+    /// Indices among the positions of all robots, and target positions.
     Positions {
         indices: Vec<usize>,
         targets: Vec<f64>,
         wrapped: bool,
     },
-    /// The same of velocities.
+    /// Indices among the velocities of all robots, and target velocities.
     Velocities {
         indices: Vec<usize>,
         targets: Vec<f64>,
@@ -49,19 +49,19 @@ enum Weighted {
     Nearness(Nearness),
 }
 
-/// By how much a turning joint lacks a position, where whole turns do not count: between -pi and pi.
+/// Returns the difference of a revolute joint's position without whole turns: between -pi and pi.
 fn wrapped(difference: f64) -> f64 {
     (difference + PI).rem_euclid(TAU) - PI
 }
 
-/// The sum of the squares of what numbers of some indices differ by.
+/// Returns the sum of the squared differences of the numbers at some indices.
 fn squares(indices: &[usize], targets: &[f64], from: &[f64], difference: impl Fn(f64) -> f64) -> f64 {
     let pairs = indices.iter().zip(targets);
     pairs.map(|(index, target)| difference(from[*index] - target).powi(2)).sum()
 }
 
 impl CostPlan {
-    /// Finds names; `index` is the term's index in the request.
+    /// Resolves names; `index` is the term's index in the request.
     pub(super) fn new(layout: &WorldLayout, index: usize, term: CostTerm) -> Result<Self, Error> {
         let field = |name: &str| format!("costs[{index}].{name}");
         let CostTerm { weight, final_weight, of } = term;
@@ -144,10 +144,10 @@ impl CostPlan {
         Ok(Self { weight, final_weight, of })
     }
 
-    /// Its value in a state, before it is weighted.
+    /// Returns its unweighted value in a state.
     ///
     /// # Errors
-    /// Returns an error if a distance cannot be found. Where it is cancelled, what is found is of no use.
+    /// Returns an error if a distance cannot be computed. If cancelled, the value is invalid.
     pub(super) fn value(&self, view: &mut View, is_cancelled: &dyn Fn() -> bool) -> Result<f64, Error> {
         let state: &PublishedState = &view.state;
         Ok(match &self.of {

@@ -1,36 +1,37 @@
-//! Numbers that look random and depend on where they are drawn alone: not on who draws them, nor on what was drawn before.
+//! Pseudorandom numbers that depend only on their counter: not on the caller, nor on previous draws.
 
 use std::f64::consts::TAU;
 
-/// The fraction of the golden ratio in 64 bits: the step of SplitMix64.
+/// Fraction of the golden ratio in 64 bits: the step of SplitMix64.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// The finaliser of SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number generators", 2014).
+/// Returns the finaliser of SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom number
+/// generators", 2014).
 fn mixed(value: u64) -> u64 {
     let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     value ^ (value >> 31)
 }
 
-/// The number of words before this one, and of this one.
+/// Returns the hash of the previous words and this one.
 pub(super) fn mixed_into(hash: u64, word: u64) -> u64 {
     mixed(hash.wrapping_add(GOLDEN) ^ mixed(word.wrapping_add(GOLDEN)))
 }
 
-/// Between 0 and 1, of 53 bits; never 1.
+/// Returns a number from 0 to below 1, of 53 bits.
 fn unit(counter: &[u64]) -> f64 {
     let bits = counter.iter().fold(0, |hash, word| mixed_into(hash, *word));
     (bits >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Equally likely between two numbers.
+/// Returns a number with a uniform distribution between two numbers.
 pub(super) fn uniform(counter: [u64; 4], low: f64, high: f64) -> f64 {
     let [seed, copy, variation, element] = counter;
     let part = unit(&[seed, copy, variation, element, 0]);
     low * (1.0 - part) + high * part
 }
 
-/// Of a normal distribution (Box and Muller, 1958).
+/// Returns a number with a normal distribution (Box and Muller, 1958).
 pub(super) fn normal(counter: [u64; 4], mean: f64, deviation: f64) -> f64 {
     let [seed, copy, variation, element] = counter;
     let [radius, angle] = [1, 2].map(|draw| unit(&[seed, copy, variation, element, draw]));
@@ -45,7 +46,7 @@ mod tests {
         (0..100).flat_map(|copy| (0..100).map(move |element| [7, copy, 0, element])).map(draw).collect()
     }
 
-    /// The mean of 10,000 draws is within five of its own standard deviations.
+    /// The mean of 10,000 draws is within five of its standard deviations.
     #[test]
     fn draws_have_the_mean_and_the_deviation_that_they_should() {
         for (draws, mean, deviation) in [

@@ -1,25 +1,25 @@
-//! Rows of numbers at knots in time, and what holds between knots.
+//! Rows of numbers at knots in time, and their interpolation.
 
 use super::names::{moderate, sized};
 use super::request::Interpolation;
 use crate::simulation::Error;
 
-/// Rows of numbers, one a knot: the same for all copies, or of each copy.
+/// Rows of numbers, one for each knot: for all copies, or for each copy.
 #[derive(Clone, Debug)]
 pub(super) struct Knots {
     values: Vec<f64>,
-    /// Numbers of a row.
+    /// Numbers in a row.
     width: usize,
-    /// Rows.
+    /// Number of rows.
     knots: usize,
     /// Steps from row to row.
     every: u64,
-    /// Rows of each copy.
+    /// Whether each copy has separate rows.
     is_of_each: bool,
     interpolation: Interpolation,
 }
 
-/// When there are rows, and what holds between them.
+/// Times of rows, and their interpolation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing {
     pub(super) copies: usize,
@@ -29,7 +29,7 @@ pub(super) struct Timing {
 }
 
 impl Knots {
-    /// From numbers in the field of this name.
+    /// Creates the rows from the numbers of the named field.
     pub(super) fn new(field: &str, values: Vec<f64>, width: usize, timing: Timing) -> Result<Self, Error> {
         let Timing { copies, knots, every, interpolation } = timing;
         let one = knots.saturating_mul(width);
@@ -40,7 +40,7 @@ impl Knots {
         Ok(Self { values, width, knots, every, is_of_each, interpolation })
     }
 
-    /// The same where one row may be for all steps.
+    /// Like [`new`](Self::new), but also accepts one row for all steps.
     pub(super) fn constant_or(
         field: &str,
         values: Vec<f64>,
@@ -51,7 +51,7 @@ impl Knots {
         Self::new(field, values, width, Timing { interpolation: Interpolation::Hold, ..timing })
     }
 
-    /// Of the start alone: one row for all copies, or one for each. Empty is none.
+    /// Creates rows of the start only: one row for all copies, or one for each. Returns `None` if empty.
     pub(super) fn of_start(
         field: &str,
         values: Vec<f64>,
@@ -68,7 +68,7 @@ impl Knots {
         Ok(Some(rows).filter(|rows| !rows.values.is_empty()))
     }
 
-    /// Whether the row of this step is another one than that of the step before.
+    /// Returns whether the row of this step differs from the previous step's.
     pub(super) fn change_at(&self, step: u64) -> bool {
         let last = (self.knots as u64).saturating_sub(1).saturating_mul(self.every);
         match self.interpolation {
@@ -77,30 +77,30 @@ impl Knots {
         }
     }
 
-    /// All numbers.
+    /// Returns all numbers.
     pub(super) fn numbers(&self) -> &[f64] {
         &self.values
     }
 
-    /// The rows of a copy.
+    /// Returns the rows of a copy.
     fn rows(&self, copy: usize) -> &[f64] {
         let length = self.knots * self.width;
         let first = if self.is_of_each { copy * length } else { 0 };
         &self.values[first..first + length]
     }
 
-    /// The row of a knot; after the last one it is the last one's.
+    /// Returns the row of a knot; after the last one, the last row.
     fn row<'r>(&self, rows: &'r [f64], knot: usize) -> &'r [f64] {
         let knot = knot.min(self.knots - 1);
         &rows[knot * self.width..(knot + 1) * self.width]
     }
 
-    /// The row that holds at a step, without what is between knots.
+    /// Returns the row that holds at a step, without interpolation.
     pub(super) fn held(&self, copy: usize, step: u64) -> &[f64] {
         self.row(self.rows(copy), self.knot(step))
     }
 
-    /// The knot at a step or before it.
+    /// Returns the knot at a step or before it.
     fn knot(&self, step: u64) -> usize {
         usize::try_from(step / self.every).unwrap_or(usize::MAX)
     }
@@ -110,7 +110,7 @@ impl Knots {
         into.clear();
         let rows = self.rows(copy);
         let knot = self.knot(step);
-        // On the way to the next one, 0 to 1.
+        // Part of the interval to the next knot, 0 to 1.
         let part = (step % self.every) as f64 / self.every as f64;
         let [one, next] = [knot, knot.saturating_add(1)].map(|knot| self.row(rows, knot));
         if knot >= self.knots - 1 || self.interpolation == Interpolation::Hold || part == 0.0 {
@@ -123,7 +123,7 @@ impl Knots {
         }
         let before = self.row(rows, knot.saturating_sub(1));
         let after = self.row(rows, knot.saturating_add(2));
-        // Half the way between two neighbours; at an end, the way to the only one.
+        // Half of the difference of two neighbours; at an end, the difference to the only one.
         let share = |has_both: bool| if has_both { 0.5 } else { 1.0 };
         let (at_one, at_next) = (share(knot > 0), share(knot + 2 < self.knots));
         let (s, s2, s3) = (part, part * part, part * part * part);

@@ -1,4 +1,4 @@
-//! How the world of a copy follows the lane that the copy is in.
+//! Transfer of a copy's state from its lane to its world.
 
 use pulp::Simd;
 
@@ -6,7 +6,7 @@ use super::batch::Worker;
 use crate::dynamics::lanes::LaneRobot;
 
 impl Worker {
-    /// Brings its world to where the copy in a lane is, at this step of the world.
+    /// Copies the state of a lane to the copy's world, at this step of the world.
     pub(super) fn bring_back<S: Simd>(
         &mut self,
         lanes: &LaneRobot<S>,
@@ -20,7 +20,7 @@ impl Worker {
         self.world.pass_steps_to(step);
     }
 
-    /// Looks at what a step of lanes has changed of a copy.
+    /// Updates the view with what a step of lanes has changed of a copy.
     pub(super) fn look_at_lane<S: Simd>(&mut self, lanes: &LaneRobot<S>, (lane, robot): (usize, usize)) {
         let state = &mut self.view.state;
         if let Some((pose, linear, angular)) = lanes.root(lane) {

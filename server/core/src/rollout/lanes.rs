@@ -1,9 +1,10 @@
-//! Copies of a batch in lanes: where a world has one robot that moves and meets nothing but planes, several of its copies step at once.
+//! Copies of a batch in lanes: if a world has one movable robot that meets only planes, several of its copies
+//! step at once.
 //!
-//! Each copy has a world of its own, which is where it begins, and where it is whenever something is to be done that lanes do not
-//! do. In between its state is in its lane alone: new numbers of targets are written there, and what is read of its joints is read
-//! there, so that a step of which nothing is read costs a copy nothing beside the step of all lanes. See
-//! [`lanes`](crate::dynamics::lanes) for why that changes no bit.
+//! Each copy has a separate world. It starts there, and returns there for everything that lanes cannot do. In
+//! between its state is only in its lane: target values are written there, and joints are read there. A step
+//! without reads therefore costs a copy nothing beyond the step of all lanes. See
+//! [`lanes`](crate::dynamics::lanes) for why this changes no bit.
 
 use pulp::{Simd, WithSimd};
 
@@ -15,11 +16,11 @@ use crate::collision::RobotFeet;
 use crate::dynamics::lanes::{LaneRobot, vectorized};
 use crate::simulation::{Error, PhysicsSettings};
 
-/// A copy whose steps are none of lanes is offered to them again after so many steps at the latest: to go in and out costs about as
-/// much as half a step, and steps of one world in a row find it in the processor's caches.
+/// Maximum number of steps before a copy that lanes refused is offered to them again. Entering and leaving
+/// costs about half a step, and successive steps of one world are in the processor's caches.
 const LONGEST_PAUSE: u64 = 32;
 
-/// Copies of a batch, to be advanced with the vectors that the processor has.
+/// Copies of a batch, to be advanced with the vectors of the processor.
 struct Batch<'a> {
     rollout: &'a Rollout,
     worker: &'a mut Worker,
@@ -36,23 +37,23 @@ impl WithSimd for Batch<'_> {
     }
 }
 
-/// Copies that step at once, one a lane.
+/// Copies that step at once, one in each lane.
 struct Group<'a, S: Simd> {
     rollout: &'a Rollout,
     lanes: LaneRobot<S>,
-    /// The robot that moves.
+    /// Robot that moves.
     robot: usize,
-    /// What it touches planes with and what else of it may come to them, where it has feet that lanes take.
+    /// Its contacts with planes and its other shapes that may touch them, if it has feet that lanes can take.
     feet: Option<RobotFeet>,
-    /// Controls change numbers of targets and nothing else of them after the first step: each is of that robot, and no joint has
-    /// two.
+    /// Whether controls change only target values after the first step: each belongs to that robot, and no
+    /// joint has two.
     changes_numbers_alone: bool,
     workers: &'a mut [Worker],
     copies: Vec<Running>,
 }
 
 impl Rollout {
-    /// Advances copies with what the processor has.
+    /// Advances copies with the vectors of the processor.
     pub(super) fn advance_with_vectors(
         &self,
         worker: &mut Worker,
@@ -66,7 +67,7 @@ impl Rollout {
         }
     }
 
-    /// The same, as many at a time as there are lanes.
+    /// Advances copies with these vectors, one in each lane at a time.
     pub(super) fn advance_in_lanes<S: Simd>(
         &self,
         simd: S,
@@ -99,12 +100,12 @@ impl Rollout {
         }
     }
 
-    /// Whether something is read of the copies after so many steps.
+    /// Returns whether the copies are read after `steps` steps.
     fn is_looked_at(&self, steps: u64) -> bool {
         self.is_row(steps) || !self.costs.is_empty()
     }
 
-    /// Whether controls are all of one robot, and no joint has two of them.
+    /// Returns whether all controls belong to one robot, and no joint has two of them.
     fn drives_each_joint_once(&self, robot: usize) -> bool {
         let mut driven: Vec<usize> = self.controls.iter().flat_map(|control| control.bodies()).collect();
         let count = driven.len();
@@ -115,8 +116,8 @@ impl Rollout {
 }
 
 impl<'a, S: Simd> Group<'a, S> {
-    /// Copies at their start, or where they were paused: then each does its next step by itself, as after its start. Nothing where
-    /// there are no copies.
+    /// Starts copies, or continues paused ones: each does its next step alone, as after its start. Returns
+    /// `None` if there are no copies.
     fn begin(
         simd: S,
         rollout: &'a Rollout,
@@ -153,7 +154,7 @@ impl<'a, S: Simd> Group<'a, S> {
         Some(Self { rollout, lanes, feet, robot, changes_numbers_alone, workers, copies })
     }
 
-    /// Does all steps that the group has not done.
+    /// Does all remaining steps of the group.
     fn advance(&mut self, open: &mut OpenBatch, schedule: &dyn Schedule) -> Result<(), Halt> {
         while open.step < self.rollout.shape.steps {
             schedule.before_step()?;
@@ -174,7 +175,8 @@ impl<'a, S: Simd> Group<'a, S> {
         Ok(())
     }
 
-    /// The copies, each with its state in its world, to go on with from there. The group has done so many steps.
+    /// Returns the copies, each with its state in its world, to continue from there. The group has done
+    /// `done` steps.
     fn pause(mut self, done: u64) -> Vec<Running> {
         for lane in 0..self.copies.len() {
             self.bring_back(lane, done);
@@ -182,7 +184,7 @@ impl<'a, S: Simd> Group<'a, S> {
         self.copies
     }
 
-    /// Says what became of the copies, once they are at their end.
+    /// Writes the results of the copies, once they have ended.
     fn end(self, result: &mut BatchResult) -> Result<(), Halt> {
         let Self { rollout: Rollout { shape, .. }, lanes, copies, .. } = self;
         for (lane, Running { copy, index, entered, lane_steps, stop, .. }) in copies.into_iter().enumerate() {
@@ -202,13 +204,13 @@ impl<'a, S: Simd> Group<'a, S> {
         Ok(())
     }
 
-    /// A copy does no more steps than those that it has done.
+    /// Stops a copy after `done` steps.
     fn stop(&mut self, lane: usize, why: Stop, done: u64) {
         self.release(lane, done);
         self.copies[lane].stop = Some((why, done));
     }
 
-    /// Takes a copy that has done so many steps into its lane, if its next step is one of lanes.
+    /// Moves a copy that has done `done` steps into its lane, if lanes can do its next step.
     fn take(&mut self, lane: usize, done: u64) {
         let world = &self.workers[lane].world;
         let surfaces = self.feet.as_ref().map_or(Some(Vec::new()), |feet| world.lane_surfaces(feet));
@@ -218,7 +220,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
     }
 
-    /// Frees a lane of a copy that has done so many steps.
+    /// Removes a copy that has done `done` steps from its lane.
     fn release(&mut self, lane: usize, done: u64) {
         if self.lanes.has(lane) {
             let running = &mut self.copies[lane];
@@ -227,7 +229,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
     }
 
-    /// Brings a copy that is in a lane and has done so many steps back to its world.
+    /// Copies the state of a copy in a lane, after `done` steps, to its world.
     fn bring_back(&mut self, lane: usize, done: u64) {
         if self.lanes.has(lane) {
             let begun = self.rollout.state.at.step + done;
@@ -236,7 +238,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
     }
 
-    /// Takes copies into their lanes that have stepped by themselves up to here, and can.
+    /// Moves copies that have stepped alone up to here into their lanes, if possible.
     fn offer(&mut self, step: u64) {
         for lane in 0..self.copies.len() {
             let (running, world) = (&self.copies[lane], &self.workers[lane].world);
@@ -252,7 +254,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
     }
 
-    /// Gives copies what is due before a step.
+    /// Applies the controls and variations that are due before a step.
     fn drive(&mut self, step: u64) {
         let rollout = self.rollout;
         let has_wrench = rollout.variations.iter().any(|variation| variation.applies_wrench_at(step));
@@ -280,14 +282,14 @@ impl<'a, S: Simd> Group<'a, S> {
         }
         self.bring_back(lane, step);
         rollout.drive(&mut self.workers[lane], copy, step)?;
-        // A copy with an applied wrench steps by itself for as long as it has one.
+        // A copy with an applied wrench steps alone while the wrench acts.
         if was_in && !has_wrench {
             self.take(lane, step);
         }
         Ok(())
     }
 
-    /// Ends a step of all copies, and reads what is to be read of them.
+    /// Completes a step of all copies, and reads their results.
     fn complete_step(&mut self, step: u64, looks: bool, result: &mut BatchResult, schedule: &dyn Schedule) {
         for lane in 0..self.copies.len() {
             if !self.copies[lane].waits_for(step) {
@@ -304,7 +306,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
     }
 
-    /// Looks at a copy after a step of its lane.
+    /// Updates the view of a copy after a step of its lane.
     fn look(&mut self, lane: usize, step: u64) {
         let (lanes, robot) = (&self.lanes, self.robot);
         let (worker, running) = (&mut self.workers[lane], &mut self.copies[lane]);
@@ -317,7 +319,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
     }
 
-    /// Has a copy's world do a step that lanes did not do, and some after it.
+    /// Does a step that lanes did not do in a copy's world, and some steps after it.
     fn go_on_alone(&mut self, lane: usize, first: u64, result: &mut BatchResult, schedule: &dyn Schedule) {
         self.bring_back(lane, first);
         let running = &mut self.copies[lane];
@@ -343,7 +345,8 @@ impl<'a, S: Simd> Group<'a, S> {
         }
     }
 
-    /// Has a copy's world do a step, for which it may be driven already; an error comes with the steps that it has done.
+    /// Does a step in a copy's world, which may be driven already. An error comes with the number of steps
+    /// done.
     fn step_alone(
         &mut self,
         lane: usize,
@@ -364,7 +367,7 @@ impl<'a, S: Simd> Group<'a, S> {
         Ok(())
     }
 
-    /// Reads of a copy what is to be read after a step.
+    /// Reads the results of a copy after a step.
     fn read(
         &mut self,
         lane: usize,

@@ -1,18 +1,20 @@
-//! Rollouts: copies of a world that run on from one state, each by its own controls. What predictive control and learning ask
-//! of a simulator.
+//! Rollouts: copies of a world that continue from one state, each with its own controls. Predictive control
+//! and learning use them.
 //!
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
-//! * [`request`]: what is asked. `names`: what a request names.
-//! * `knots`: rows of numbers over time. `draw`: what looks random.
-//! * `controls`, `starts`, `variations`: what differs from copy to copy.
-//! * `quantities`, `costs`: what is read of copies. `start_state`: what is known of the state that they start from.
-//! * `schedule`: when they pause and end. `open_batch`: copies that are under way, and what they have given.
-//! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time; `lane_copy`, `lanes`: several of them at once.
+//! * [`request`]: the request. `names`: resolution of its names.
+//! * `knots`: rows of numbers over time. `draw`: pseudorandom numbers.
+//! * `controls`, `starts`, `variations`: differences between copies.
+//! * `quantities`, `costs`: results read of copies. `start_state`: facts about the state that they start
+//!   from.
+//! * `schedule`: pauses and the end. `open_batch`: copies in progress, and their results.
+//! * [`Rollout`]: the plan, made once. `batch`: the copies, a batch at a time; `lane_copy`, `lanes`: several
+//!   of them at once.
 //!
-//! A copy is the world itself: its steps are those of [`Simulation::step`], and what it is given goes the way of commands. So it
-//! ends where the world would, to the bit. What a copy becomes depends on the state, the request and its own number alone: not on
-//! the copies beside it, and not on the thread.
+//! A copy is the world itself: its steps are [`Simulation::step`], and its inputs are commands. It therefore
+//! ends where the world would, to the bit. A copy depends only on the state, the request and its number: not
+//! on the copies beside it, nor on the thread.
 
 mod batch;
 mod controls;
@@ -49,26 +51,27 @@ use variations::VariationPlan;
 
 use crate::simulation::{Error, PublishedState, Saved, Simulation};
 
-/// Copies of one rollout at the most.
+/// Maximum number of copies of a rollout.
 pub const MOST_COPIES: usize = 65_536;
 
-/// Steps of a copy at the most.
+/// Maximum number of steps of a copy.
 pub const MOST_STEPS: u64 = 1_000_000;
 
-/// Entries of each list of a request at the most.
+/// Maximum number of entries of each list of a request.
 const MOST_ENTRIES: usize = 256;
 
-/// Copies that are advanced together.
+/// Number of copies that are advanced together.
 const BATCH: usize = 8;
 
-/// Bytes that the worlds of copies take that step at once, at the most: copies of a larger world step one after the other.
+/// Maximum memory of the worlds of copies that step at once, bytes; copies of a larger world step one after
+/// the other.
 const LANE_WORLDS: usize = 32 << 20;
 
-/// Copies of a world and what they are to do: found good, and ready to run. Shared by all who run them.
+/// Validated plan of a rollout: copies of a world and their inputs. Shared by all workers.
 #[derive(Debug)]
 pub struct Rollout {
     start: Saved,
-    /// The world in which it starts.
+    /// State of the world in which copies start.
     state: PublishedState,
     shape: Shape,
     controls: Vec<ControlPlan>,
@@ -79,45 +82,45 @@ pub struct Rollout {
     record_every: u64,
     record_start: bool,
     start_facts: StartFacts,
-    /// Copies step several at once, as long as they can.
+    /// Whether several copies step at once, as long as they can.
     has_lanes: bool,
-    /// Where they do: the robot that moves.
+    /// Robot that moves, if copies step at once.
     lane_robot: usize,
-    /// No more than four of them, also where the processor has vectors for eight.
+    /// Whether at most four of them step at once, also if the processor has vectors for eight.
     has_four_lanes: bool,
 }
 
-/// How many numbers a rollout gives.
+/// Numbers of results of a rollout.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Shape {
-    /// How many copies there are.
+    /// Number of copies.
     pub copies: usize,
-    /// Steps of each.
+    /// Number of steps of each copy.
     pub steps: u64,
-    /// Moments at which quantities are read.
+    /// Number of moments at which quantities are read.
     pub rows: usize,
-    /// Numbers of each quantity.
+    /// Number of values of each quantity.
     pub widths: Vec<usize>,
-    /// Terms of the cost.
+    /// Number of terms of the cost.
     pub terms: usize,
-    /// The cost of each step is given.
+    /// Whether the cost of each step is returned.
     pub step_costs: bool,
 }
 
 impl Shape {
-    /// Numbers of all quantities at a moment.
+    /// Returns the number of values of all quantities at a moment.
     pub fn columns(&self) -> usize {
         self.widths.iter().sum()
     }
 
-    /// All numbers of a copy.
+    /// Returns the number of values of a copy.
     fn of_copy(&self) -> u64 {
         let states = (self.rows as u64).saturating_mul(self.columns() as u64);
         let step_costs = if self.step_costs { self.steps } else { 0 };
         states.saturating_add(step_costs).saturating_add(self.terms as u64)
     }
 
-    /// Bytes of all numbers.
+    /// Returns the memory of all values, bytes.
     pub fn bytes(&self) -> u64 {
         self.of_copy().saturating_mul(self.copies as u64).saturating_mul(size_of::<f64>() as u64)
     }
@@ -131,11 +134,11 @@ fn at_most(what: &str, value: u64, limit: u64) -> Result<(), Error> {
 }
 
 impl Rollout {
-    /// Finds everything that a request names in the world of a state, and looks whether a first step can be done. The answer may
-    /// take so many bytes.
+    /// Resolves all names of a request in the world of a state, and tries a first step. The answer may take
+    /// at most `most_bytes`.
     ///
     /// # Errors
-    /// Returns an error if a name is not found, a number cannot be, or there would be too much of something.
+    /// Returns an error if a name is not found, a number is invalid, or a limit is exceeded.
     pub fn new(start: Saved, request: RolloutRequest, most_bytes: u64) -> Result<Self, Error> {
         let RolloutRequest {
             copies,
@@ -221,52 +224,53 @@ impl Rollout {
         Ok(rollout)
     }
 
-    /// The same with copies that step one after the other: for comparing.
+    /// Returns the rollout with copies that step one after the other, for comparisons.
     #[must_use]
     pub fn without_lanes(mut self) -> Self {
         self.has_lanes = false;
         self
     }
 
-    /// The same with copies that step no more than four at once: for comparing.
+    /// Returns the rollout with at most four copies that step at once, for comparisons.
     #[must_use]
     pub fn with_four_lanes(mut self) -> Self {
         self.has_four_lanes = true;
         self
     }
 
-    /// Whether its copies step several at once, as long as they can and where the processor has vectors for it.
+    /// Returns whether several copies step at once, as long as they can and the processor has vectors for it.
     pub fn steps_in_lanes(&self) -> bool {
         self.has_lanes
     }
 
-    /// How many numbers it gives.
+    /// Returns the number of its results.
     pub fn shape(&self) -> &Shape {
         &self.shape
     }
 
-    /// The state that all copies start from.
+    /// Returns the state that all copies start from.
     pub fn start(&self) -> &Saved {
         &self.start
     }
 
-    /// A number that is equal where copies start from states that are equal, of robots that are equal in their names and masses.
+    /// Returns a fingerprint. It is equal if copies start from equal states, of robots with equal names and
+    /// masses.
     pub fn start_fingerprint(&self) -> u64 {
         self.start_facts.fingerprint
     }
 
-    /// How many batches the copies are.
+    /// Returns the number of batches.
     pub fn batches(&self) -> usize {
         self.shape.copies.div_ceil(BATCH)
     }
 
-    /// The copies of a batch.
+    /// Returns the copies of a batch.
     pub fn copies_of(&self, batch: usize) -> Range<usize> {
         let first = batch.saturating_mul(BATCH).min(self.shape.copies);
         first..first.saturating_add(BATCH).min(self.shape.copies)
     }
 
-    /// Whether quantities are read after so many steps.
+    /// Returns whether quantities are read after `done` steps.
     fn is_row(&self, done: u64) -> bool {
         match (done, self.record_every) {
             (0, _) => self.record_start,

@@ -1,4 +1,4 @@
-//! Finds what a request names, and refuses names that are not there and numbers that cannot be, by their fields.
+//! Resolution of a request's names. Unknown names and invalid numbers are refused with their fields.
 
 use std::sync::Arc;
 
@@ -13,13 +13,13 @@ use crate::simulation::published_state::{EntityLayout, WorldLayout};
 /// A joint of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Axis {
-    /// Index of the joint in the model.
+    /// Joint in the model, by index.
     pub(super) joint: usize,
-    /// Index of its body in the tree.
+    /// Body in the tree, by index.
     pub(super) body: usize,
 }
 
-/// Each is a number that can be computed with.
+/// Checks that each number is within [`LARGEST_GIVEN`].
 pub(super) fn moderate(field: &str, values: &[f64]) -> Result<(), Error> {
     match values.iter().position(|value| value.is_nan() || value.abs() > LARGEST_GIVEN) {
         Some(index) => Err(refuse(
@@ -31,12 +31,12 @@ pub(super) fn moderate(field: &str, values: &[f64]) -> Result<(), Error> {
     }
 }
 
-/// As many numbers as one of `lengths` says, in words for people.
+/// Checks that the count is one of `lengths`, which have descriptions for the error message.
 pub(super) fn sized(field: &str, count: usize, lengths: &[(usize, &str)]) -> Result<(), Error> {
     if lengths.iter().any(|(length, _)| *length == count) {
         return Ok(());
     }
-    // Of one copy, a row for all copies and a row for each are one length: it is said once.
+    // With one copy, a row for all copies and a row for each have the same length, which is named once.
     let mut lengths = lengths.to_vec();
     lengths.dedup_by_key(|(length, _)| *length);
     let needs: Vec<String> = lengths.iter().map(|(length, of)| format!("{length} ({of})")).collect();
@@ -44,7 +44,7 @@ pub(super) fn sized(field: &str, count: usize, lengths: &[(usize, &str)]) -> Res
     Err(Error::WrongCount { element: field.to_owned(), has, needs: needs.join(" or ") })
 }
 
-/// A robot, which stands in this field of the request, and its index.
+/// Returns a robot, named in this field of the request, and its index.
 pub(super) fn robot<'l>(
     layout: &'l WorldLayout,
     field: &str,
@@ -57,7 +57,7 @@ pub(super) fn robot<'l>(
     })
 }
 
-/// What each name of a list stands for; `field` is the list in the request.
+/// Returns the value of each name of a list; `field` is the list in the request.
 fn each<T>(field: &str, names: &[String], find: impl Fn(&str) -> Result<T, Error>) -> Result<Vec<T>, Error> {
     let find = |(index, name): (usize, &String)| {
         find(name).map_err(|error| error.in_field(format!("{field}[{index}]")))
@@ -65,7 +65,7 @@ fn each<T>(field: &str, names: &[String], find: impl Fn(&str) -> Result<T, Error
     names.iter().enumerate().map(find).collect()
 }
 
-/// The index of a joint in the model.
+/// Returns the index of a joint in the model.
 fn joint(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
     let joints = &entity.model.joints;
     joints.iter().position(|joint| joint.name == name).ok_or_else(|| Error::JointNotFound {
@@ -75,7 +75,7 @@ fn joint(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
     })
 }
 
-/// The index in the model of a link, which stands in this field of the request.
+/// Returns the index in the model of a link that is named in this field of the request.
 pub(super) fn link(entity: &EntityLayout, field: &str, name: &str) -> Result<usize, Error> {
     link_index(entity, name).map_err(|error| error.in_field(field))
 }
@@ -89,7 +89,8 @@ fn link_index(entity: &EntityLayout, name: &str) -> Result<usize, Error> {
     })
 }
 
-/// Indices of the joints of these names, of any kind; of none all. `field` is the list in the request, as below.
+/// Returns the indices of the named joints, of any type; no names mean all. `field` is the list in the
+/// request, as below.
 pub(super) fn joints(entity: &EntityLayout, field: &str, names: &[String]) -> Result<Vec<usize>, Error> {
     if names.is_empty() {
         return Ok((0..entity.model.joints.len()).collect());
@@ -97,7 +98,7 @@ pub(super) fn joints(entity: &EntityLayout, field: &str, names: &[String]) -> Re
     each(field, names, |name| joint(entity, name))
 }
 
-/// Indices of the links of these names; of none all.
+/// Returns the indices of the named links; no names mean all.
 pub(super) fn links(entity: &EntityLayout, field: &str, names: &[String]) -> Result<Vec<usize>, Error> {
     if names.is_empty() {
         return Ok((0..entity.model.links.len()).collect());
@@ -105,7 +106,7 @@ pub(super) fn links(entity: &EntityLayout, field: &str, names: &[String]) -> Res
     each(field, names, |name| link_index(entity, name))
 }
 
-/// The joints of these names, each of one axis and moved by no other; of none all such.
+/// Returns the named joints, each of one axis and moved by no other; no names mean all of these.
 pub(super) fn axes(entity: &EntityLayout, field: &str, names: &[String]) -> Result<Vec<Axis>, Error> {
     let why_not = |joint: usize| {
         let model = &entity.model.joints[joint];
@@ -134,7 +135,8 @@ pub(super) fn axes(entity: &EntityLayout, field: &str, names: &[String]) -> Resu
     })
 }
 
-/// A robot and its joints of one axis. `field` is the path of a field by its name, and `list` the name of that of the joints.
+/// Returns a robot and its joints of one axis. `field` returns the path of a field by its name, and `list` is
+/// the name of the joints' field.
 pub(super) fn axes_of(
     layout: &WorldLayout,
     named: &Named,

@@ -1,4 +1,4 @@
-//! How near links are to others, in each step of each copy.
+//! Distance of links to others in each step of each copy.
 
 use glamx::{DPose3, DVec3};
 
@@ -8,22 +8,23 @@ use crate::simulation::Error;
 use crate::simulation::published_state::WorldLayout;
 use crate::simulation::queries::{DistanceQuery, QueryBody, QuerySide};
 
-/// Pairs of boxes that are compared before shapes are looked at, at the most: of more it is no shorter way.
+/// Maximum number of pairs of boxes that are compared before shapes; with more it saves no time.
 const MOST_PAIRS: usize = 64;
 
-/// What is not apart by this much more than is asked for is looked at closely, metres: far above rounding.
+/// Margin below which a pair is measured exactly, metres: far above rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// A distance that is asked for in each step.
+/// Distance query for each step.
 #[derive(Debug)]
 pub(super) struct Nearness {
     query: DistanceQuery,
-    /// Of each side the robot of each box, and the box; empty where there are too many.
+    /// Robot and box of each box on each side; empty if there are too many.
     boxes: [Vec<(usize, LinkBox)>; 2],
 }
 
 impl Nearness {
-    /// A link of a robot or all of it, and another or all others, by their indices; and how far it is looked for, metres.
+    /// Creates the query for a link or all links of a robot, and another robot or all others, by index. It
+    /// has a search distance in metres.
     pub(super) fn new(
         layout: &WorldLayout,
         own: (usize, Option<usize>),
@@ -47,10 +48,10 @@ impl Nearness {
         Self { query, boxes }
     }
 
-    /// How much less the distance is than it is looked for; 0 where it is more.
+    /// Returns the shortfall of the distance against the search distance; 0 if it is larger.
     ///
     /// # Errors
-    /// Returns an error if it cannot be found. Where it is cancelled, what is found is of no use.
+    /// Returns an error if it cannot be computed. If cancelled, the result is invalid.
     pub(super) fn lack(&self, view: &mut View, is_cancelled: &dyn Fn() -> bool) -> Result<f64, Error> {
         let within = self.query.within;
         if self.are_apart(view) {
@@ -61,7 +62,7 @@ impl Nearness {
         Ok(within - nearest)
     }
 
-    /// Whether boxes alone say that all is farther apart than it is looked for.
+    /// Returns whether boxes alone show that everything is farther apart than the search distance.
     fn are_apart(&self, view: &mut View) -> bool {
         let [own, others] = &self.boxes;
         if own.is_empty() {
@@ -81,7 +82,8 @@ impl Nearness {
     }
 }
 
-/// How far two boxes, of these halves about these places, are apart at the least: by each of them and a ball around the other one.
+/// Returns a lower bound of the distance of two boxes with these half lengths and poses. It is the distance
+/// between each box and a ball around the other one.
 fn least_gap([a, b]: [&DPose3; 2], [half_a, half_b]: [DVec3; 2]) -> f64 {
     let between = b.translation - a.translation;
     let outside = |at: &DPose3, half: DVec3, other: DVec3| {

@@ -1,22 +1,22 @@
-//! A batch that is under way: what its copies have given so far, and how far those are that are not at their end.
+//! A batch in progress: results so far, and the progress of copies that have not ended.
 
 use std::ops::Range;
 
 use super::schedule::Halt;
 use crate::simulation::Error;
 
-/// What became of a batch. Each array has its copies one after the other.
+/// Results of a batch. Each array has its copies concatenated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BatchResult {
-    /// By row and quantity; NaN from where a copy ended.
+    /// Quantities by row; NaN from where a copy ended.
     pub states: Vec<f64>,
-    /// By term, weighted and summed over the steps; infinite where a copy ended.
+    /// Costs by term, weighted and summed over the steps; infinite if a copy ended early.
     pub costs: Vec<f64>,
-    /// By step, all terms together; infinite from where a copy ended.
+    /// Costs by step, all terms together; infinite from where a copy ended.
     pub step_costs: Vec<f64>,
-    /// Steps that each copy did.
+    /// Number of steps that each copy did.
     pub steps_done: Vec<u64>,
-    /// How many of them were done in lanes, of all copies together.
+    /// Number of these steps that were done in lanes, for all copies together.
     pub lane_steps: u64,
     /// Copies that ended before their last step.
     pub ended: Vec<Ended>,
@@ -25,30 +25,30 @@ pub struct BatchResult {
 /// A copy that ended before its last step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ended {
-    /// Which.
+    /// Index of the copy.
     pub copy: usize,
-    /// Why, as a sentence.
+    /// Reason, as a sentence.
     pub reason: String,
 }
 
-/// What a copy writes into the arrays of a batch.
+/// Parts of a batch's arrays that a copy writes.
 pub(super) struct CopyResult<'r> {
     pub(super) states: &'r mut [f64],
     pub(super) costs: &'r mut [f64],
     pub(super) step_costs: &'r mut [f64],
 }
 
-/// The part of an array that is a copy's.
+/// Returns a copy's part of an array.
 pub(super) fn part(array: &mut [f64], index: usize, length: usize) -> &mut [f64] {
     &mut array[index * length..(index + 1) * length]
 }
 
-/// Why a copy does no more steps.
+/// Reason why a copy does no more steps.
 #[derive(Debug)]
 pub(super) enum Stop {
-    /// It is not to go on.
+    /// The schedule stopped it.
     Halted(Halt),
-    /// It cannot go on; for people.
+    /// It cannot continue; the message is for people.
     Ended(String),
 }
 
@@ -64,30 +64,30 @@ impl From<Halt> for Stop {
     }
 }
 
-/// A copy that is under way: alone, or in a group of lanes.
+/// A copy in progress, alone or in a group of lanes.
 #[derive(Debug)]
 pub(super) struct Running {
     pub(super) copy: usize,
-    /// Among those of the batch.
+    /// Index in the batch.
     pub(super) index: usize,
-    /// Rows that are read.
+    /// Number of rows read.
     pub(super) rows: usize,
-    /// Its view has all of its world, but for what a step of lanes changes.
+    /// Whether its view is complete, except for what a step of lanes changes.
     pub(super) is_seen: bool,
-    /// Steps that it does by itself in a row where lanes do not do one: twice as many each time.
+    /// Number of steps that it does alone if lanes do not do one; doubles each time.
     pub(super) pause: u64,
-    /// Steps that it had done when it last stepped by itself: that may be more than the group has done.
+    /// Number of steps done when it last stepped alone, which may exceed the group's.
     pub(super) done: u64,
-    /// Steps that it had done when it last came into its lane.
+    /// Number of steps done when it last entered its lane.
     pub(super) entered: u64,
-    /// Steps that it did in lanes until it last left one.
+    /// Number of steps done in lanes until it last left one.
     pub(super) lane_steps: u64,
-    /// Why it does no more, and the steps that it had done by then.
+    /// Reason why it does no more steps, and the number of steps done by then.
     pub(super) stop: Option<(Stop, u64)>,
 }
 
 impl Running {
-    /// One that has done nothing.
+    /// Creates a copy without steps.
     fn new(copy: usize, index: usize) -> Self {
         Self {
             copy,
@@ -102,34 +102,34 @@ impl Running {
         }
     }
 
-    /// Whether it has yet to do this step.
+    /// Returns whether it has yet to do this step.
     pub(super) fn waits_for(&self, step: u64) -> bool {
         self.stop.is_none() && self.done <= step
     }
 }
 
-/// A batch of which some copies may be under way.
+/// A batch of which some copies may be in progress.
 #[derive(Debug)]
 pub(super) struct OpenBatch {
-    /// Its number in the rollout.
+    /// Number of the batch in the rollout.
     pub(super) batch: usize,
     pub(super) copies: Range<usize>,
     pub(super) result: BatchResult,
-    /// How many of its copies are under way, or at their end.
+    /// Number of its copies that are in progress or have ended.
     begun: usize,
-    /// Those that were paused; the workers that had them have their worlds, in this order.
+    /// Paused copies; their former workers have their worlds, in this order.
     pub(super) paused: Vec<Running>,
-    /// Steps that those that are under way have done: all of them, or the group as a whole.
+    /// Steps done by the copies in progress: by each of them, or by the group as a whole.
     pub(super) step: u64,
 }
 
 impl OpenBatch {
-    /// One of which nothing is done, with room for what it gives.
+    /// Creates a batch without steps, with room for its results.
     pub(super) fn new(batch: usize, copies: Range<usize>, room: BatchResult) -> Self {
         Self { batch, copies, result: room, begun: 0, paused: Vec::new(), step: 0 }
     }
 
-    /// Copies that were paused, or else the next ones, `count` at the most; none where all are at their end.
+    /// Returns the paused copies, or else the next ones, at most `count`; empty if all have ended.
     pub(super) fn take_up(&mut self, count: usize) -> Vec<Running> {
         if !self.paused.is_empty() {
             return std::mem::take(&mut self.paused);

@@ -1,4 +1,4 @@
-//! What is read of copies.
+//! Quantities that are read of copies.
 
 use glamx::DPose3;
 
@@ -9,16 +9,16 @@ use crate::simulation::published_state::{ContactReport, EntityLayout, WorldLayou
 use crate::simulation::queries::DistanceQuery;
 use crate::simulation::{Error, PublishedState};
 
-/// A state of a copy, and where its links are, found once for all that ask.
+/// State of a copy with the poses of its links, which are computed once.
 #[derive(Debug, Default)]
 pub(super) struct View {
     pub(super) state: PublishedState,
-    /// By robot; empty where no one has asked.
+    /// Poses by robot; empty until requested.
     poses: Vec<Vec<DPose3>>,
 }
 
 impl View {
-    /// To be called when the state is another one.
+    /// Discards the poses; call it when the state changes.
     pub(super) fn changed(&mut self) {
         self.poses.iter_mut().for_each(Vec::clear);
         self.poses.resize_with(self.state.world.entities.len(), Vec::new);
@@ -30,13 +30,13 @@ impl View {
         }
     }
 
-    /// `world_from_link` of a link.
+    /// Returns `world_from_link` of a link.
     pub(super) fn link_pose(&mut self, robot: usize, link: usize) -> DPose3 {
         self.find_poses(robot);
         self.poses[robot].get(link).copied().unwrap_or(DPose3::IDENTITY)
     }
 
-    /// What is nearest of two sides of a distance.
+    /// Returns the nearest points of the two sides of a distance query.
     ///
     /// # Errors
     /// See [`PublishedState::distances`].
@@ -52,7 +52,7 @@ impl View {
         state.closest_points(query, &|robot| poses[robot].as_slice().into(), is_cancelled)
     }
 
-    /// The sum of the normal forces on links of a robot, newtons.
+    /// Returns the sum of the normal forces on links of a robot, newtons.
     pub(super) fn contact_force(&self, robot: usize, links: &[usize]) -> f64 {
         let on = |contact: &ContactReport| {
             let is_on = |side: usize| contact.robots[side] == robot && links.contains(&contact.links[side]);
@@ -62,12 +62,12 @@ impl View {
     }
 }
 
-/// A quantity whose names were found.
+/// A quantity with resolved names.
 #[derive(Debug)]
 pub(super) enum QuantityPlan {
-    /// Of these indices among the positions of all robots.
+    /// Positions at these indices among the positions of all robots.
     Positions(Vec<usize>),
-    /// Of these indices among their velocities.
+    /// Velocities at these indices among the velocities of all robots.
     Velocities(Vec<usize>),
     Efforts(Vec<usize>),
     RootPose(usize),
@@ -77,7 +77,7 @@ pub(super) enum QuantityPlan {
     ContactForce(usize, Vec<usize>),
 }
 
-/// The indices of the joints of a robot. `field` is the path of a field by its name.
+/// Returns the indices of the joints of a robot. `field` returns the path of a field by its name.
 fn indices(
     layout: &WorldLayout,
     named: &Named,
@@ -91,7 +91,7 @@ fn indices(
 }
 
 impl QuantityPlan {
-    /// Finds names; `index` is the quantity's index in the request.
+    /// Resolves names; `index` is the quantity's index in the request.
     pub(super) fn new(layout: &WorldLayout, index: usize, quantity: &Quantity) -> Result<Self, Error> {
         let field = |name: &str| format!("quantities[{index}].{name}");
         let velocities = |named: &Named| {
@@ -122,7 +122,7 @@ impl QuantityPlan {
         })
     }
 
-    /// How many numbers it is.
+    /// Returns its number of values.
     pub(super) fn width(&self) -> usize {
         match self {
             Self::Positions(indices) | Self::Velocities(indices) | Self::Efforts(indices) => indices.len(),
@@ -133,7 +133,7 @@ impl QuantityPlan {
         }
     }
 
-    /// Writes its numbers.
+    /// Writes its values.
     pub(super) fn write(&self, view: &mut View, into: &mut [f64]) {
         let pose = |pose: DPose3, into: &mut [f64]| {
             into[..3].copy_from_slice(&pose.translation.to_array());

@@ -1,32 +1,33 @@
-//! When copies pause and end: who has them computed is asked before each step.
+//! Schedule of copies: the caller decides before each step whether they pause or end.
 
 use crate::pool::Interrupt;
 
-/// Why copies are not advanced any further.
+/// Reason why copies are not advanced further.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Halt {
-    /// For now: they can go on from where they are.
+    /// They are paused, and can continue from where they are.
     Paused,
     /// No caller wants them any more.
     Over,
 }
 
-/// What who has copies computed says of their steps. It may have a clock, which the core has not.
+/// Schedule of the caller that has copies computed. It may have a clock, which the core has not.
 pub trait Schedule: Sync {
-    /// Asked before each step of a copy, or of several at once.
+    /// Decides whether a step of a copy, or of several at once, may be done.
     ///
     /// # Errors
-    /// Returns why the step is not to be done.
+    /// Returns why the step must not be done.
     fn before_step(&self) -> Result<(), Halt>;
 
-    /// Asked while something is computed that may take long: whether no caller wants it any more.
+    /// Returns whether no caller wants the result any more. Called during long computations.
     fn is_over(&self) -> bool;
 
-    /// Whether steps take so long that this is asked in their midst too, which costs a copy of the state.
+    /// Returns whether steps take so long that [`is_over`](Self::is_over) is called within them too, which
+    /// costs a copy of the state.
     fn has_long_steps(&self) -> bool;
 }
 
-/// All steps at once, unless they are interrupted.
+/// Schedule without pauses, which may be interrupted.
 pub(super) struct Unpaused<'a>(pub(super) &'a Interrupt<'a>);
 
 impl Schedule for Unpaused<'_> {

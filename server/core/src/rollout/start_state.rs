@@ -1,25 +1,24 @@
-//! The state that copies start from as a whole: a number that tells it from others, and about how much memory a world takes that
-//! is in it.
+//! State that copies start from as a whole: its fingerprint, and the approximate memory of a world in it.
 
 use super::draw::mixed_into;
 use crate::simulation::Saved;
 use crate::simulation::world_state::{RobotState, encoded};
 
-/// What a step computes anew and where shapes are take about so many times the bytes of the state itself, which is a part of them.
+/// Memory of a world, scratch and shapes included, as a multiple of its state's bytes.
 const WORLD_BYTES: usize = 4;
 
-/// What is known of a state that copies start from.
+/// Facts about a state that copies start from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct StartFacts {
-    /// Equal where copies begin alike: the settings of physics are, and of each robot its name, the names and masses of its links,
-    /// the surfaces of its shapes, where it is, how it moves and what drives it. All builds whose states have the same form find
-    /// the same.
+    /// Fingerprint, equal if copies begin alike. It covers the settings of physics, and of each robot its
+    /// name, names and masses of its links, its surfaces, state and actuators. All builds with the same form
+    /// of states compute the same one.
     pub(super) fingerprint: u64,
-    /// Bytes of a world in it, about.
+    /// Approximate memory of a world in this state, bytes.
     pub(super) world_bytes: usize,
 }
 
-/// A number that depends on all bytes.
+/// Hash of all bytes.
 struct Fingerprint(u64);
 
 impl Fingerprint {

@@ -1,4 +1,4 @@
-//! Where copies begin other than where the state has them.
+//! Starts of copies that differ from the state.
 
 use glamx::{DPose3, DQuat, DVec3};
 
@@ -9,10 +9,10 @@ use crate::simulation::command::{JointReset, RobotReset};
 use crate::simulation::published_state::WorldLayout;
 use crate::simulation::{Command, Error, Simulation};
 
-/// How far the square of a quaternion's length may be from one.
+/// Tolerance of the square of a quaternion's length.
 const UNIT: f64 = 1e-6;
 
-/// A start whose names were found.
+/// A start with resolved names.
 #[derive(Debug)]
 pub(super) struct StartPlan {
     robot: usize,
@@ -25,7 +25,7 @@ pub(super) struct StartPlan {
     root_twists: Option<Knots>,
 }
 
-/// What a reset needs of joints: their names, and where their bodies are.
+/// Resets joints, given by their names and bodies.
 pub(super) fn reset(
     world: &mut Simulation,
     (robot, name): (usize, &str),
@@ -45,7 +45,7 @@ pub(super) fn reset(
 }
 
 impl StartPlan {
-    /// Finds names and counts numbers; `index` is the start's index in the request.
+    /// Resolves names and checks lengths; `index` is the start's index in the request.
     pub(super) fn new(
         layout: &WorldLayout,
         index: usize,
@@ -90,13 +90,14 @@ impl StartPlan {
         })
     }
 
-    /// Puts a copy there.
+    /// Moves a copy to its start.
     pub(super) fn apply(&self, world: &mut Simulation, copy: usize) -> Result<(), Error> {
         let row = |rows: &Option<Knots>| rows.as_ref().map(|rows| rows.held(copy, 0).to_vec());
         if self.roots.is_some() || self.root_twists.is_some() {
             let vector = |row: &[f64], at: usize| DVec3::new(row[at], row[at + 1], row[at + 2]);
             let pose = row(&self.roots).map(|row| {
-                // As it was given, as a command would have it: else the copy has other bits than the world.
+                // The given quaternion, as a command would use it: otherwise the copy would have other bits
+                // than the world.
                 DPose3::from_parts(vector(&row, 0), DQuat::from_xyzw(row[3], row[4], row[5], row[6]))
             });
             let twist = row(&self.root_twists).map(|row| (vector(&row, 0), vector(&row, 3)));

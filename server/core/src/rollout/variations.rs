@@ -1,4 +1,4 @@
-//! What differs from copy to copy: where joints begin, masses, friction, gains, applied wrenches.
+//! Variations between copies: positions of joints, masses, friction, gains, applied wrenches.
 
 use std::sync::Arc;
 
@@ -15,17 +15,17 @@ use crate::simulation::command::{
 };
 use crate::simulation::{Command, Error, PublishedState, Simulation};
 
-/// The least factor of a mass: what has none cannot be moved by finite forces.
+/// Smallest factor of a mass: finite forces cannot move a robot without mass.
 const LEAST_MASS: f64 = 0.01;
 
-/// A variation whose names were found.
+/// A variation with resolved names.
 #[derive(Debug)]
 pub(super) struct VariationPlan {
-    /// Its index in the request.
+    /// Index in the request.
     index: u64,
     seed: u64,
     of: VariedPlan,
-    /// Numbers of a copy.
+    /// Number of values of a copy.
     width: usize,
     values: Values,
 }
@@ -37,7 +37,7 @@ enum VariedPlan {
         name: String,
         joints: Vec<String>,
         axes: Vec<Axis>,
-        /// Of the positions, or of the velocities.
+        /// Whether positions vary; else velocities.
         of_positions: bool,
     },
     LinkMasses {
@@ -47,12 +47,12 @@ enum VariedPlan {
     Joints {
         name: String,
         joints: Vec<(String, Setting)>,
-        /// Set for gains: the robot's index, and the joints' in its model.
+        /// For gains, the robot's index, and the joints' indices in its model.
         gains: Option<(usize, Vec<usize>)>,
     },
     Surfaces {
         name: String,
-        /// With the friction that each has.
+        /// Names of the links, each with its friction.
         links: Vec<(String, f64)>,
     },
     Wrench {
@@ -63,7 +63,7 @@ enum VariedPlan {
     },
 }
 
-/// A setting of a joint as the state has it.
+/// Setting of a joint, as in the state.
 #[derive(Clone, Copy, Debug)]
 enum Setting {
     Friction(f64),
@@ -72,7 +72,7 @@ enum Setting {
 }
 
 impl Setting {
-    /// The change that multiplies it.
+    /// Returns the change that multiplies it by a factor.
     fn times(self, joint: &str, factor: f64) -> JointProperties {
         let joint = JointProperties { joint: joint.to_owned(), ..JointProperties::default() };
         match self {
@@ -86,7 +86,8 @@ impl Setting {
 }
 
 impl VariationPlan {
-    /// Finds names and counts numbers, for copies of a world in this state; `index` is the variation's index in the request.
+    /// Resolves names and checks lengths, for copies of a world in this state; `index` is the variation's
+    /// index in the request.
     pub(super) fn new(
         state: &PublishedState,
         time_step: f64,
@@ -134,7 +135,7 @@ impl VariationPlan {
         Ok(Self { index: index as u64, seed, of, width, values })
     }
 
-    /// A number of a copy.
+    /// Returns a value of a copy.
     fn number(&self, copy: usize, element: usize) -> f64 {
         let counter = [self.seed, copy as u64, self.index, element as u64];
         match &self.values {
@@ -144,7 +145,8 @@ impl VariationPlan {
         }
     }
 
-    /// A factor of a copy. The tail of a normal distribution that no factor can be in is put to its edge.
+    /// Returns a factor of a copy. Values of a normal distribution below the smallest factor are clamped to
+    /// it.
     fn factor(&self, copy: usize, element: usize) -> f64 {
         let least = if matches!(self.of, VariedPlan::LinkMasses { .. }) { LEAST_MASS } else { 0.0 };
         self.number(copy, element).max(least)
@@ -160,7 +162,7 @@ impl VariationPlan {
         }
     }
 
-    /// Makes a copy, at its start, what this makes of it. Multiplies the factors of the gains that the rollout gives, by robot
+    /// Applies the variation to a copy at its start. Multiplies the factors of the rollout's gains, by robot
     /// and joint.
     pub(super) fn apply(
         &self,
@@ -207,12 +209,12 @@ impl VariationPlan {
         world.apply(&command).map(drop)
     }
 
-    /// Whether it applies a wrench to copies, from this step on.
+    /// Returns whether it applies a wrench to copies from this step on.
     pub(super) fn applies_wrench_at(&self, step: u64) -> bool {
         matches!(self.of, VariedPlan::Wrench { at, .. } if at == step)
     }
 
-    /// Applies the wrench to a copy, in the step with which it begins.
+    /// Applies the wrench to a copy, in its first step.
     pub(super) fn apply_wrench(&self, world: &mut Simulation, copy: usize, step: u64) -> Result<(), Error> {
         let VariedPlan::Wrench { name, link, at, seconds } = &self.of else { return Ok(()) };
         if step != *at {
@@ -232,7 +234,7 @@ impl VariationPlan {
 }
 
 impl VariedPlan {
-    /// With how many numbers a copy has.
+    /// Resolves the names. Also returns the number of values of a copy.
     fn new(state: &PublishedState, time_step: f64, index: usize, of: Varied) -> Result<(Self, usize), Error> {
         let layout = &*state.world;
         let field = |name: &str| format!("variations[{index}].{name}");
@@ -290,7 +292,7 @@ impl VariedPlan {
                     let surface = surfaces.get(link).copied().flatten()?;
                     Some((entity.model.links[link].name.clone(), surface.friction))
                 };
-                // What touches nothing has no surface.
+                // A link without shapes has no surface.
                 let links = links(entity, &field("names"), &named.names)?;
                 let links: Vec<_> = links.into_iter().filter_map(friction).collect();
                 let width = links.len();
@@ -310,7 +312,7 @@ impl VariedPlan {
     }
 }
 
-/// Trees of the robots that have factors for their links.
+/// Returns trees for the robots whose links have factors.
 pub(super) fn trees(factors: &[Vec<f64>], state: &PublishedState) -> Vec<Option<Arc<Tree>>> {
     let tree = |(factors, entity): (&Vec<f64>, &Arc<crate::simulation::published_state::EntityLayout>)| {
         let made = || Tree::with_masses(&entity.model, entity.fixed_base, |link| factors[link]);

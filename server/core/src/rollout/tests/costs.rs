@@ -1,4 +1,4 @@
-//! Costs against what is computed by hand from the states.
+//! Costs compared with results computed by hand from the states.
 
 use glamx::DQuat;
 
@@ -6,7 +6,7 @@ use super::*;
 
 const STEPS: usize = 25;
 
-/// The cost of each term and of each step, and the states.
+/// Returns the cost of each term and of each step, and the states.
 fn weighed(of: Cost) -> (f64, Vec<f64>, Vec<Vec<f64>>) {
     let costs = vec![CostTerm { weight: 2.0, final_weight: 5.0, of }];
     let values = vec![0.4, -0.6];
@@ -21,7 +21,7 @@ fn weighed(of: Cost) -> (f64, Vec<f64>, Vec<Vec<f64>>) {
     (costs[0], step_costs, rows)
 }
 
-/// Each step has twice the value, and the last one five times in addition.
+/// Checks that each step has twice the value, and the last one five times in addition.
 fn check(of: Cost, value: impl Fn(&[f64]) -> f64) {
     let said = format!("{of:?}");
     let (total, step_costs, rows) = weighed(of);
@@ -33,7 +33,8 @@ fn check(of: Cost, value: impl Fn(&[f64]) -> f64) {
     assert!(total > 0.0 && (total - step_costs.iter().sum::<f64>()).abs() <= 1e-12 * total, "{said}");
 }
 
-/// Where the numbers of [`all_of_it`] are: two positions, two velocities, two efforts, 13 of the ball, three links.
+/// Offset of the links in [`all_of_it`]: two positions, two velocities, two efforts, 13 of the ball, then
+/// three links.
 const HAND: usize = 6 + 13 + 2 * 7;
 
 #[test]
@@ -62,7 +63,7 @@ fn terms_of_links_are_of_a_point_and_of_an_angle() {
     check(Cost::LinkPosition { robot: robot.clone(), link: link.clone(), point, target }, |row| {
         pose(row).transform_point(point).distance_squared(target)
     });
-    // Both turn about y alone, by the sum of the joints' angles.
+    // Both turn only about y, by the sum of the joints' angles.
     let target = DQuat::from_rotation_y(1.2);
     check(Cost::LinkOrientation { robot, link, target }, |row| (row[0] + row[1] - 1.2).powi(2));
 }

@@ -1,4 +1,4 @@
-//! Robots of one world that step several at once, against the same world in which each steps by itself.
+//! Robots of one world that step several at once, compared with the same world in which each steps alone.
 
 use super::feet::{STANDS, quadruped, standing_positions};
 use super::*;
@@ -14,8 +14,8 @@ fn name(robot: usize) -> String {
     format!("robot-{robot}")
 }
 
-/// Quadrupeds that fall on a plane; some come into the world before it. The last one falls on the one before it, one falls on a box
-/// that stands there, and one on its back. Beside them arms hang on fixed bases.
+/// Returns quadrupeds that fall on a plane; some are added to the world before it. The last one falls on the
+/// one before it, one falls on a box, and one on its back. Beside them arms hang on fixed bases.
 fn many(integrator: Integrator, substeps: u32) -> Simulation {
     let settings = PhysicsSettings { integrator, substeps, ..PhysicsSettings::default() };
     let mut world = Simulation::new(settings, WorldLimits::default());
@@ -50,7 +50,7 @@ fn many(integrator: Integrator, substeps: u32) -> Simulation {
     world
 }
 
-/// Gives all robots targets of a number; what one of them does is of another mode, and one is passive.
+/// Sets targets of all robots. One robot's mode differs, and one is passive.
 fn drive(world: &mut Simulation, number: u64) {
     for robot in (0..ROBOTS).filter(|robot| number < 9 || *robot != 8) {
         let target = |joint: usize| {
@@ -101,7 +101,7 @@ fn robots_that_step_several_at_once_have_the_bits_of_those_that_step_by_themselv
     }
 }
 
-/// Of what cannot be computed a lane keeps nothing: robots that come after it are in lanes as before.
+/// A lane keeps nothing of a state that is not finite: later robots are in lanes as before.
 #[test]
 fn a_robot_that_is_not_finite_leaves_its_lane_to_others() {
     let mut world = many(Integrator::Leapfrog, 1);

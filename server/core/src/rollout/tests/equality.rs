@@ -1,4 +1,4 @@
-//! A copy is the world, to the bit; and nothing else than its own numbers makes it what it is.
+//! A copy equals the world, to the bit, and depends only on its own numbers.
 
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
@@ -65,7 +65,7 @@ fn a_copy_is_to_the_bit_what_the_world_is_with_the_same_commands() {
     }
 }
 
-/// Also where a quaternion is one long but for its last digits.
+/// Also for a quaternion of length 1 except for its last digits.
 #[test]
 fn a_copy_starts_where_the_world_is_put_by_the_same_numbers() {
     for [x, y, z, w] in
@@ -87,7 +87,7 @@ fn a_copy_starts_where_the_world_is_put_by_the_same_numbers() {
     }
 }
 
-/// Each copy has its own values, starts and draws.
+/// Returns a request in which each copy has separate values, starts and draws.
 fn many(copies: usize) -> RolloutRequest {
     let value = |i: usize| 0.3 + 0.01 * (i as f64) - 0.002 * ((i * i) % 17) as f64;
     let values = (0..copies * 4).map(value).collect();
@@ -132,7 +132,7 @@ fn the_copies_beside_one_do_not_matter() {
     let world = world();
     let all = states(&roll(&world, many(12)));
     let length = all.len() / 12;
-    // One alone draws as copy 0: the mass of copy 0 is the same in both.
+    // A single copy draws as copy 0: the mass of copy 0 is the same in both.
     let alone = states(&roll(&world, many(1)));
     assert_eq!(bits(&alone), bits(&all[..length]));
     assert_ne!(bits(&all[..length]), bits(&all[length..2 * length]));
@@ -179,7 +179,7 @@ fn a_copy_that_is_not_finite_ends_alone_and_says_so() {
     assert!(states[..length].iter().chain(&states[2 * length..]).all(|number| number.is_finite()));
     assert!(costs[1] == f64::INFINITY && costs[0].is_finite() && costs[2].is_finite());
     assert!(step_costs[100 + done..200].iter().all(|cost| *cost == f64::INFINITY));
-    // The others are what they are without it.
+    // The others are equal without it.
     let without = roll(&world(), free(0.0));
     assert_eq!(bits(&states[..length]), bits(&without[0].states[..length]));
     assert_eq!(bits(&states[2 * length..]), bits(&without[0].states[2 * length..]));

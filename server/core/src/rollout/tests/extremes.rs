@@ -1,9 +1,9 @@
-//! Requests of any numbers: each is refused, or gives what its shape says.
+//! Requests of arbitrary numbers: each is refused, or gives results of its shape.
 
 use super::super::draw::uniform;
 use super::*;
 
-/// Numbers that look random; some are as large as can be, or none at all.
+/// Pseudorandom numbers; some are as large as possible, or NaN.
 struct Numbers {
     seed: u64,
     drawn: u64,
@@ -15,7 +15,7 @@ impl Numbers {
         uniform([self.seed, self.drawn, 0, 0], 0.0, 1.0)
     }
 
-    /// 0 to `most`.
+    /// Returns a number from 0 to `most`.
     fn below(&mut self, most: usize) -> usize {
         (self.part() * most as f64) as usize
     }

@@ -1,4 +1,4 @@
-//! What is known of a state that copies start from.
+//! Facts about a state that copies start from.
 
 use super::super::start_state::StartFacts;
 use super::*;
@@ -8,7 +8,7 @@ fn facts(world: &Simulation) -> StartFacts {
     StartFacts::of(&world.to_saved())
 }
 
-/// The arm alone, at its start.
+/// Returns a world with the arm alone, at its start.
 fn lone(masses: [f64; 2]) -> Simulation {
     lone_with(PhysicsSettings::default(), masses)
 }

@@ -1,17 +1,18 @@
-//! Copies of a quadruped on a plane: what feet touch is part of steps in lanes.
+//! Copies of a quadruped on a plane: lanes handle the contacts of its feet.
 
 use super::lanes::{alone, assert_equal, assert_neighbours_do_not_matter, in_all_widths};
 use super::*;
 use crate::dynamics::Integrator;
 use crate::rollout::draw::uniform;
 
-/// Hip, upper and lower joint of a leg as it stands, rad.
+/// Standing positions of hip, upper and lower joint of a leg, rad.
 pub(super) const STANDS: [f64; 3] = [0.0, 0.67, -1.3];
 
-/// Joints of all legs.
+/// Number of joints of all legs.
 const JOINTS: usize = 12;
 
-/// A trunk of 6 kg and four legs of three joints, each with a foot that is a ball; an A1 in its lengths and masses.
+/// Returns a trunk of 6 kg and four legs of three joints, each with a ball as a foot; lengths and masses of
+/// an A1.
 pub(super) fn quadruped(friction: f64) -> RobotModel {
     let shape = |size: DVec3| Some(Geometry::Box { size });
     let mut links = vec![link("trunk", 6.0, DVec3::ZERO, shape(DVec3::new(0.267, 0.194, 0.114)))];
@@ -54,13 +55,13 @@ pub(super) fn quadruped(friction: f64) -> RobotModel {
     RobotModel { name: "quadruped".into(), links, joints, ..RobotModel::default() }
 }
 
-/// How its joints stand.
+/// Returns the standing positions of its joints.
 pub(super) fn standing_positions(model: &RobotModel) -> Vec<(String, f64)> {
     let joints = model.joints.iter().enumerate();
     joints.map(|(index, joint)| (joint.name.clone(), STANDS[index % 3])).collect()
 }
 
-/// The quadruped above a plane, that many metres with its legs as they stand; the plane comes first or last.
+/// Returns the standing quadruped at a height above a plane, metres; the plane comes first or last.
 fn world_on_plane(
     model: RobotModel,
     height: f64,
@@ -86,14 +87,15 @@ fn world_on_plane(
     world
 }
 
-/// The same after some steps.
+/// Returns the standing quadruped after some steps.
 pub(super) fn standing(steps: usize, plane_first: bool) -> Simulation {
     let mut world = world_on_plane(quadruped(0.0), 0.34, plane_first, Integrator::Leapfrog, 1);
     (0..steps).for_each(|_| world.step());
     world
 }
 
-/// Targets of so many knots that differ from how it stands by a part of `sizes`, for hip, upper and lower joints.
+/// Returns targets of `knots` knots that differ from the standing positions by a part of `sizes`, for hip,
+/// upper and lower joints.
 fn targets(copies: usize, knots: usize, sizes: [f64; 3]) -> Vec<f64> {
     let noise = |index: usize| (0..12).map(|k| uniform([3, index as u64, k, 0], -0.5, 0.5)).sum::<f64>();
     (0..copies * knots * JOINTS).map(|index| STANDS[index % 3] + sizes[index % 3] * noise(index)).collect()
@@ -122,7 +124,7 @@ pub(super) fn drive(copies: usize, steps: u64, every: u64, sizes: [f64; 3]) -> R
     }
 }
 
-/// The part of the steps that were done in lanes.
+/// Returns the part of the steps that were done in lanes.
 fn part_in_lanes(found: &BatchResult) -> f64 {
     found.lane_steps as f64 / found.steps_done.iter().sum::<u64>() as f64
 }
@@ -148,7 +150,7 @@ fn a_quadruped_that_stands_has_the_bits_of_the_world() {
     }
 }
 
-/// Targets far from where it stands, and soon others: feet leave the ground, land and slip.
+/// Targets far from the standing position that change soon: feet leave the ground, land and slip.
 #[test]
 fn a_quadruped_that_steps_lands_and_slips_has_the_bits_of_the_world() {
     let world = standing(300, true);
@@ -165,7 +167,7 @@ fn a_quadruped_that_steps_lands_and_slips_has_the_bits_of_the_world() {
     assert_as_alone(&world, request, 0.5, "slipping");
 }
 
-/// Parts of steps, and steps of the other kind.
+/// Several parts of a step, and the other integrator.
 #[test]
 fn a_quadruped_has_the_bits_of_the_world_by_each_integrator() {
     for (integrator, substeps) in [(Integrator::Euler, 1), (Integrator::Leapfrog, 2)] {
@@ -200,7 +202,8 @@ fn the_copies_beside_one_that_touches_do_not_matter() {
     assert_neighbours_do_not_matter(&rollout);
 }
 
-/// A trunk that comes down on the plane, and legs folded beside it: what is no foot touches too, which lanes leave to the world.
+/// A trunk that comes down on the plane, with folded legs beside it. Shapes that are no feet touch too, and
+/// lanes leave them to the world.
 #[test]
 fn a_quadruped_that_lies_down_has_the_bits_of_the_world() {
     let world = standing(300, false);
@@ -219,7 +222,7 @@ fn a_quadruped_that_lies_down_has_the_bits_of_the_world() {
     assert_as_alone(&world, request, 0.1, "lying down");
 }
 
-/// Planes of copies that are elsewhere are not those of the lanes.
+/// Planes of copies at other positions do not match the lanes' planes.
 #[test]
 fn copies_on_planes_of_different_heights_have_the_bits_of_the_world() {
     let world = standing(300, true);
@@ -230,14 +233,14 @@ fn copies_on_planes_of_different_heights_have_the_bits_of_the_world() {
     assert_as_alone(&world, request, 0.4, "on planes of different heights");
 }
 
-/// Joints of legs alone have targets where there are others.
+/// Only joints of legs have targets, if there are others.
 fn drive_legs(model: &RobotModel, copies: usize, steps: u64, sizes: [f64; 3]) -> RolloutRequest {
     let mut request = drive(copies, steps, 50, sizes);
     request.controls[0].joints = model.joints.iter().take(JOINTS).map(|joint| joint.name.clone()).collect();
     request
 }
 
-/// Three balls on each front foot, which are level: of a body with three contacts the world sums responses otherwise.
+/// Three level balls on each front foot: with three contacts of a body the world sums responses differently.
 #[test]
 fn a_quadruped_with_feet_of_three_balls_has_the_bits_of_the_world() {
     let mut model = quadruped(0.0);
@@ -257,7 +260,7 @@ fn a_quadruped_with_feet_of_three_balls_has_the_bits_of_the_world() {
     }
 }
 
-/// With so many joints the world solves some numbers of contacts directly and sweeps others.
+/// With these numbers of joints the world solves some numbers of contacts directly and sweeps others.
 #[test]
 fn a_quadruped_with_a_long_chain_on_its_trunk_has_the_bits_of_the_world() {
     for more in [30, 33] {
@@ -282,8 +285,8 @@ fn a_quadruped_with_a_long_chain_on_its_trunk_has_the_bits_of_the_world() {
     }
 }
 
-/// Planes of robots before and after the quadruped in a world, one of them a wall; masses, gains and pushes that differ; a box far away
-/// that is elsewhere in each copy.
+/// Planes of robots before and after the quadruped in a world, one of them a wall. Masses, gains and pushes
+/// differ, and a distant box has another position in each copy.
 #[test]
 fn a_quadruped_between_a_floor_and_a_wall_has_the_bits_of_the_world() {
     for floor_first in [true, false] {

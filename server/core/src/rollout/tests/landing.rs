@@ -1,9 +1,9 @@
-//! Copies in lanes that come to touch something: they step alone for as long as they do.
+//! Copies in lanes that touch something step alone while they do.
 
 use super::lanes::{alone, assert_equal, assert_in_lanes, in_all_widths};
 use super::*;
 
-/// A copy that lies on the plane steps by itself.
+/// A copy that lies on the plane steps alone.
 #[test]
 fn copies_that_fall_and_land_have_the_bits_of_the_world() {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
@@ -33,7 +33,7 @@ fn copies_that_fall_and_land_have_the_bits_of_the_world() {
     }
 }
 
-/// The arm above a floor that it reaches, and comes away from again.
+/// The arm above a floor that it reaches and leaves again.
 #[test]
 fn copies_that_come_to_touch_something_and_leave_it_have_the_bits_of_the_world() {
     let floor = one_link("floor", Geometry::Box { size: DVec3::new(4.0, 4.0, 0.2) });

@@ -1,4 +1,4 @@
-//! Copies in lanes against copies that step alone: equal to the bit, for any number of lanes.
+//! Copies in lanes compared with copies that step alone: equal to the bit, for any number of lanes.
 
 use pulp::Simd;
 use simd_model::setup::{JointSetup, Spring};
@@ -8,7 +8,8 @@ use super::super::schedule::Unpaused;
 use super::*;
 use crate::simulation::Integrator;
 
-/// A tree of turning and sliding joints that branches, with limits, dry friction, damping, rotors and springs.
+/// Returns a branching tree of revolute and prismatic joints, with limits, dry friction, damping, rotors and
+/// springs.
 pub(super) fn branching(joints: usize) -> RobotModel {
     let draw = |what: u64, joint: usize, low: f64, high: f64| uniform([5, what, joint as u64, 0], low, high);
     let vector = |what: u64, joint: usize, size: f64| {
@@ -78,7 +79,7 @@ fn drawn(what: u64, count: usize, size: f64) -> Vec<f64> {
     (0..count as u64).map(|index| uniform([9, what, index, 0], -size, size)).collect()
 }
 
-/// Each copy is driven to and beyond limits, with masses and gains of its own.
+/// Returns a request in which each copy is driven to and beyond limits, with separate masses and gains.
 pub(super) fn asked(
     joints: usize,
     copies: usize,
@@ -123,7 +124,7 @@ pub(super) fn asked(
     }
 }
 
-/// Copies as the one-robot step has them.
+/// Returns copies computed by the one-robot step.
 pub(super) fn alone(rollout: &Rollout, copies: Range<usize>) -> BatchResult {
     let mut open = rollout.open(0, copies);
     rollout.advance_alone(&mut rollout.worker(), &mut open, &Unpaused(&|| false)).unwrap();
@@ -136,7 +137,7 @@ fn in_lanes<S: Simd>(simd: S, rollout: &Rollout, copies: Range<usize>) -> BatchR
     open.result
 }
 
-/// The same by every number of lanes that this processor has.
+/// Returns copies computed with every number of lanes of this processor.
 pub(super) fn in_all_widths(rollout: &Rollout, copies: Range<usize>) -> Vec<(usize, BatchResult)> {
     let mut all = vec![(1, in_lanes(pulp::Scalar, rollout, copies.clone()))];
     #[cfg(target_arch = "x86_64")]
@@ -162,15 +163,15 @@ pub(super) fn assert_equal(found: &BatchResult, expected: &BatchResult, what: &s
     assert_eq!(bits(&found.states), bits(&expected.states), "{what}");
 }
 
-/// At least this part of the steps of copies was done in lanes, of which equality says something.
+/// Asserts that at least this part of the steps of copies was done in lanes, so that equality is meaningful.
 pub(super) fn assert_in_lanes(found: &BatchResult, part: f64, what: &str) {
     let steps: u64 = found.steps_done.iter().sum();
     let in_lanes = found.lane_steps as f64 / steps as f64;
     assert!(in_lanes >= part && in_lanes < 1.0, "{what}: {in_lanes} of the steps were done in lanes");
 }
 
-/// How often a joint of a branching tree is at a limit of its position, and how often its actuator applies all that it can, of rows
-/// that begin with positions, velocities and efforts.
+/// Returns how often a joint of a branching tree is at a position limit, and how often its actuator applies
+/// its maximum. Rows begin with positions, velocities and efforts.
 fn at_limits(joints: usize, result: &BatchResult, columns: usize) -> [usize; 2] {
     let all = branching(joints).joints;
     let is_at = |limit: Option<f64>, value: f64, within: f64| {
@@ -209,7 +210,7 @@ fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
                 for (width, found) in in_all_widths(&rollout, 0..5) {
                     let what = format!("{joints} {integrator:?} {mode:?} {width}");
                     assert_equal(&found, &expected, &what);
-                    // Bodies that efforts turn by more than 0.1 rad in a step do it by themselves.
+                    // Bodies that efforts turn by more than 0.1 rad in a step step alone.
                     assert_in_lanes(&found, if mode == ControlMode::Effort { 0.1 } else { 0.5 }, &what);
                 }
             }
@@ -218,7 +219,7 @@ fn lanes_of_any_number_have_the_bits_of_copies_that_step_alone() {
     assert!(limited.iter().all(|count| *count > 100), "at limits, and saturated: {limited:?}");
 }
 
-/// Copies of a robot whose root is free, with roots that begin elsewhere and tumble.
+/// Returns copies of a robot with a free root, with roots that begin elsewhere and tumble.
 pub(super) fn tumbling(joints: usize, mode: ControlMode) -> RolloutRequest {
     let copies = 5;
     let turn = |copy: usize| glamx::DQuat::from_scaled_axis(DVec3::new(0.3, -0.5, 0.2) * copy as f64);
@@ -243,7 +244,7 @@ fn robots_whose_root_is_free_have_the_bits_of_copies_that_step_alone() {
                 let rollout = Rollout::new(world.to_saved(), tumbling(joints, mode), ROOM).unwrap();
                 assert!(rollout.has_lanes);
                 let expected = alone(&rollout, 0..5);
-                // Where targets disturb the motion with leapfrog, copies step by themselves.
+                // If targets disturb the motion with leapfrog, copies step alone.
                 let least = if integrator == Integrator::Leapfrog { 0.0 } else { 0.1 };
                 for (width, found) in in_all_widths(&rollout, 0..5) {
                     let what = format!("{joints} {integrator:?} {mode:?} {width}");
@@ -255,7 +256,7 @@ fn robots_whose_root_is_free_have_the_bits_of_copies_that_step_alone() {
     }
 }
 
-/// The second of three copies is driven away from where it is, the harder the farther it is.
+/// The second of three copies diverges: the farther it is, the harder it is driven away.
 #[test]
 fn a_copy_in_lanes_that_is_not_finite_ends_alone() {
     let world = world_of(branching(3), Integrator::Leapfrog, 1);
@@ -282,7 +283,7 @@ fn a_copy_in_lanes_that_is_not_finite_ends_alone() {
     assert_eq!(ended[1], [1], "without limits the second copy ends, and no other");
 }
 
-/// While a wrench acts a copy steps by itself, and is in the lanes before and after.
+/// A copy steps alone while a wrench acts, and is in the lanes before and after.
 #[test]
 fn copies_with_an_applied_wrench_have_the_bits_of_the_world() {
     let world = world_of(branching(5), Integrator::Leapfrog, 1);
@@ -301,7 +302,7 @@ fn copies_with_an_applied_wrench_have_the_bits_of_the_world() {
     }
 }
 
-/// Some of eight copies are alike with and without the others beside them.
+/// Asserts that some of eight copies are equal with and without the others.
 pub(super) fn assert_neighbours_do_not_matter(rollout: &Rollout) {
     let length = rollout.shape().rows * rollout.shape().columns();
     for (width, all) in in_all_widths(rollout, 0..8) {
@@ -323,7 +324,7 @@ fn the_copies_beside_one_in_lanes_do_not_matter() {
     assert_neighbours_do_not_matter(&rollout);
 }
 
-/// Two controls of a joint, of one mode and of two, and feedback: what targets are changes while copies are in lanes.
+/// Two controls of a joint, of one mode and of two, and feedback: targets change while copies are in lanes.
 #[test]
 fn joints_with_two_controls_or_feedback_have_the_bits_of_the_world() {
     let world = world_of(branching(5), Integrator::Leapfrog, 1);

@@ -1,4 +1,4 @@
-//! Copies against the world itself.
+//! Copies compared with the world itself.
 
 mod costs;
 mod crowds;
@@ -24,7 +24,7 @@ use crate::collision::Shapes;
 use crate::simulation::command::Spawn;
 use crate::simulation::{Command, PhysicsSettings, WorldLimits};
 
-/// Bytes that answers may take.
+/// Maximum memory of answers, bytes.
 const ROOM: u64 = 64 << 20;
 
 fn link(name: &str, mass: f64, at: DVec3, geometry: Option<Geometry>) -> Link {
@@ -42,7 +42,7 @@ fn link(name: &str, mass: f64, at: DVec3, geometry: Option<Geometry>) -> Link {
     }
 }
 
-/// An arm of two joints about y above the ground; its hand is a ball that reaches down to it.
+/// Returns an arm of two joints about y above the ground; its hand is a ball that reaches down to it.
 fn arm(masses: [f64; 2]) -> RobotModel {
     let joint = |name: &str, child: usize, at: DVec3| Joint {
         name: name.into(),
@@ -91,8 +91,8 @@ fn one_link(name: &str, geometry: Geometry) -> RobotModel {
     RobotModel { name: name.into(), links, ..RobotModel::default() }
 }
 
-/// The arm, with links of these masses, a floor that it can reach and a ball that falls beside it: after some steps, in the midst
-/// of what they do.
+/// Returns the arm with links of these masses, a floor within its reach and a ball that falls beside it,
+/// after some steps.
 fn world_with(masses: [f64; 2]) -> Simulation {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     let floor = one_link("floor", Geometry::Box { size: DVec3::new(4.0, 4.0, 0.2) });
@@ -112,7 +112,7 @@ fn world() -> Simulation {
     world_with([1.0, 0.5])
 }
 
-/// What the arm is to do, of all of its joints.
+/// Returns a control of all joints of the arm.
 fn control(mode: ControlMode, values: Vec<f64>, knots: usize, knot_steps: u64) -> Control {
     Control {
         robot: "arm".into(),
@@ -132,7 +132,7 @@ fn named(robot: &str) -> Named {
     Named { robot: robot.into(), names: Vec::new() }
 }
 
-/// All that moves, after every step.
+/// Returns a request that reads everything that moves, after every step.
 fn all_of_it(copies: usize, steps: u64) -> RolloutRequest {
     RolloutRequest {
         copies,
@@ -152,7 +152,7 @@ fn all_of_it(copies: usize, steps: u64) -> RolloutRequest {
     }
 }
 
-/// The same read off a world.
+/// Returns the same values, read from a world.
 fn seen(world: &Simulation) -> Vec<f64> {
     let mut state = PublishedState::default();
     world.observe(&mut state);
@@ -178,7 +178,7 @@ fn roll(world: &Simulation, request: RolloutRequest) -> Vec<BatchResult> {
     (0..rollout.batches()).map(|batch| rollout.advance(&mut worker, batch, &|| false).unwrap()).collect()
 }
 
-/// The states of all copies, one after the other.
+/// Returns the states of all copies, concatenated.
 fn states(batches: &[BatchResult]) -> Vec<f64> {
     batches.iter().flat_map(|batch| batch.states.clone()).collect()
 }

@@ -1,4 +1,4 @@
-//! Copies that pause, and go on from where they were; and what is interrupted in the midst of something.
+//! Copies that pause and continue, and computations that are interrupted.
 
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::atomic::{AtomicBool, AtomicU64};
@@ -10,7 +10,7 @@ use super::lanes::{alone, asked, assert_equal, branching, tumbling, world_of, wo
 use super::*;
 use crate::simulation::Integrator;
 
-/// Lets copies do so many steps, then pauses them, and again. Each step is one that can be interrupted, and is not.
+/// Pauses copies each time after `every` steps. Each step can be interrupted, and is not.
 struct Paused {
     every: u64,
     asked: AtomicU64,
@@ -37,7 +37,7 @@ impl Schedule for Paused {
     }
 }
 
-/// What comes of the first batch, and how often it paused.
+/// Returns the result of the first batch, and the number of its pauses.
 fn with_pauses(rollout: &Rollout, every: u64) -> (BatchResult, usize) {
     let (mut worker, schedule, mut pauses) = (rollout.worker(), Paused::every(every), 0);
     rollout.begin_batch(&mut worker, 0);
@@ -60,7 +60,7 @@ fn in_lanes_with_pauses<S: Simd>(simd: S, rollout: &Rollout, every: u64) -> (Bat
     (open.result, pauses)
 }
 
-/// With pauses at many steps the bits are those without any, whether copies step alone or in lanes.
+/// Checks that pauses at many steps change no bit, whether copies step alone or in lanes.
 fn check(rollout: Rollout) {
     let copies = rollout.copies_of(0);
     let expected = alone(&rollout, copies.clone());
@@ -118,7 +118,7 @@ fn copies_in_lanes_that_pause_have_the_bits_of_copies_that_do_not() {
     }
 }
 
-/// The arm above a plane, which the hands of some copies reach.
+/// Returns the arm above a plane, which the hands of some copies reach.
 fn reaching() -> (Simulation, RolloutRequest) {
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     world.apply(&spawn("arm", arm([1.0, 0.5]), true, DVec3::ZERO)).unwrap();
@@ -151,7 +151,7 @@ fn copies_that_touch_something_and_pause_have_the_bits_of_copies_that_do_not() {
     check(rollout);
 }
 
-/// Says once that it is over, at a question of this number, and never again.
+/// Interrupts once, at the call of this number, and never again.
 fn interrupted_once(rollout: &Rollout, at: u64) -> (Option<BatchResult>, bool) {
     let (asked, said) = (AtomicU64::new(0), AtomicBool::new(false));
     let interrupt = || {
@@ -163,8 +163,8 @@ fn interrupted_once(rollout: &Rollout, at: u64) -> (Option<BatchResult>, bool) {
     (result, said.into_inner())
 }
 
-/// A search for distances that is given up finds nothing near: that must not be taken for a cost, also where the last step of the
-/// last copy has it.
+/// A cancelled search for distances finds nothing near: this must not become a cost, not even in the last
+/// step of the last copy.
 #[test]
 fn whatever_is_computed_while_it_is_interrupted_no_cost_comes_of_it() {
     let nearness = |link: &str| Cost::Nearness {
@@ -200,7 +200,7 @@ fn whatever_is_computed_while_it_is_interrupted_no_cost_comes_of_it() {
 
 #[test]
 fn a_step_that_takes_long_is_interrupted_in_its_midst() {
-    /// Is over once the first step has begun.
+    /// Over once the first step has begun.
     struct Over(AtomicU64);
     impl Schedule for Over {
         fn before_step(&self) -> Result<(), Halt> {
@@ -223,7 +223,7 @@ fn a_step_that_takes_long_is_interrupted_in_its_midst() {
     assert_eq!(rollout.go_on(&mut worker, &Paused::every(9)), Ok(None), "the batch is dropped");
 }
 
-/// A quadruped that stands: what contacts have of the step before goes into the lanes and out with it, all of it.
+/// A standing quadruped: all data that contacts keep from the previous step enter and leave the lanes.
 #[test]
 fn copies_that_stand_and_pause_have_the_bits_of_copies_that_do_not() {
     let world = standing(300, true);

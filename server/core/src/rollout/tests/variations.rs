@@ -1,11 +1,11 @@
-//! What differs from copy to copy does what the same change does to the world.
+//! Variations of copies have the effect of the same change of the world.
 
 use super::*;
 use crate::simulation::command::{JointProperties, JointReset, LinkWrench, RobotReset, WrenchDuration};
 
 const STEPS: u64 = 40;
 
-/// The states of the last of `copies`, in rows.
+/// Returns the states of the last of `copies`, in rows.
 fn last_copy(request: RolloutRequest) -> Vec<Vec<f64>> {
     let (copies, steps) = (request.copies, request.steps as usize);
     let states = states(&roll(&world(), request));
@@ -17,7 +17,7 @@ fn given(of: Varied, values: &[f64]) -> Vec<Variation> {
     vec![Variation { of, values: Values::Given(values.to_vec()) }]
 }
 
-/// Compares with a world that is changed by hand: at the start, and before a step.
+/// Compares with a world that is changed by `change`: at the start, and before a step.
 fn check(request: RolloutRequest, mut world: Simulation, change: impl Fn(&mut Simulation, u64)) {
     for (step, row) in last_copy(request).iter().enumerate() {
         change(&mut world, step as u64);
@@ -105,14 +105,14 @@ fn factors_of_joints_are_changes_of_their_settings() {
     }
 }
 
-/// The state before is one that a robot with those masses is not in: bits are compared of a world that has them from the start of
-/// the copies on, which a description with other masses makes.
+/// A robot with these masses would not be in the previous state. The comparison is with a world that has the
+/// masses from the start of the copies, from a description with other masses.
 #[test]
 fn factors_of_masses_are_those_of_a_description_with_them() {
     let request = RolloutRequest {
         controls: vec![control(ControlMode::Effort, vec![0.0; 2], 1, 1)],
         variations: given(Varied::LinkMasses(named("arm")), &[1.0, 3.0, 0.5]),
-        // The history of the last step is of other masses: begin anew.
+        // The history of the last step belongs to other masses: restart.
         starts: vec![Start { robot: "arm".into(), positions: vec![0.2, 0.1], ..Start::default() }],
         ..all_of_it(1, STEPS)
     };
@@ -135,7 +135,7 @@ fn factors_of_masses_are_those_of_a_description_with_them() {
     heavy.apply(&Command::SetTargets(command)).unwrap();
     for (step, row) in rows.iter().enumerate() {
         heavy.step();
-        // The impulses that friction starts from are those of other masses in the first step: rounding.
+        // The initial impulses of friction belong to other masses in the first step: rounding.
         for (found, expected) in row[..4].iter().zip(&seen(&heavy)[..4]) {
             assert!((found - expected).abs() < 1e-9, "step {step}: {found}, {expected}");
         }
@@ -184,7 +184,7 @@ fn gains_and_friction_of_surfaces_make_copies_that_differ() {
     let soft = last_copy(varied(given(Varied::Gains(named("arm")), &[1.0, 1.0, 0.01, 0.01])));
     assert!(soft[39][0] < nominal[39][0] - 1e-3, "a soft arm is behind");
     let slippery = last_copy(varied(given(Varied::SurfaceFriction(named("ball")), &[1.0, 0.0])));
-    // Of a ball that slides without friction the spin about y stays zero.
+    // For a ball that slides without friction the spin about y stays zero.
     let spin = |rows: &[Vec<f64>]| rows[39][6 + 7 + 4];
     assert!(spin(&slippery).abs() < 1e-9 && spin(&nominal).abs() > 0.1, "{}", spin(&nominal));
 }
