@@ -1,5 +1,5 @@
-//! Whether the numbers of a command can be. A refusal names the field by its path in the request, as a command has the
-//! fields of its request; no other module checks them.
+//! Validation of a command's numbers. A refusal names the field by its path in the request, since a command
+//! has the fields of its request. No other module does this.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -10,7 +10,7 @@ use simd_model::{LARGEST_GIVEN, shown};
 
 use super::error::Error;
 
-/// The refusal of a field.
+/// Returns the refusal of a field.
 pub(crate) fn refuse(field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> Error {
     Error::InvalidValue {
         element: field.into(),
@@ -20,12 +20,12 @@ pub(crate) fn refuse(field: impl Into<String>, value: impl Display, expected: im
     }
 }
 
-/// Neither NaN nor infinite.
+/// Requires a finite number.
 pub(super) fn finite(field: &str, value: f64) -> Result<f64, Error> {
     if value.is_finite() { Ok(value) } else { Err(refuse(field, value, "it must be finite")) }
 }
 
-/// What bounds a size.
+/// Requires a finite number that is not negative.
 pub(super) fn at_least_zero(field: &str, value: f64) -> Result<f64, Error> {
     if value.is_finite() && value >= 0.0 {
         return Ok(value);
@@ -33,12 +33,12 @@ pub(super) fn at_least_zero(field: &str, value: f64) -> Result<f64, Error> {
     Err(refuse(field, value, "it must be finite and at least 0"))
 }
 
-/// The same where it is given.
+/// Like [`at_least_zero`], for a given value.
 pub(super) fn optional_at_least_zero(field: &str, value: Option<f64>) -> Result<(), Error> {
     value.map_or(Ok(()), |value| at_least_zero(field, value).map(drop))
 }
 
-/// A gain where it is given.
+/// Requires a valid gain, if it is given.
 pub(super) fn gain(field: &str, value: Option<f64>) -> Result<(), Error> {
     match value {
         Some(value) if !(0.0..=LARGEST_GIVEN).contains(&value) => {
@@ -48,7 +48,7 @@ pub(super) fn gain(field: &str, value: Option<f64>) -> Result<(), Error> {
     }
 }
 
-/// In a range, which no NaN is.
+/// Requires a number in a range, which excludes NaN.
 pub(super) fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, Error> {
     if range.contains(&value) {
         return Ok(value);
@@ -56,7 +56,7 @@ pub(super) fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Res
     Err(refuse(field, value, format!("it must be between {} and {}", range.start(), range.end())))
 }
 
-/// A number within bounds, or 0, which means that there is none.
+/// Requires a number within bounds, or 0, which means that there is none.
 pub(super) fn zero_or_within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, Error> {
     if value == 0.0 || range.contains(&value) {
         return Ok(value);
@@ -64,7 +64,7 @@ pub(super) fn zero_or_within(field: &str, value: f64, range: RangeInclusive<f64>
     Err(refuse(field, value, format!("it must be 0, or between {} and {:e}", range.start(), range.end())))
 }
 
-/// What a joint can be put at or is to do, or how far a shape reaches or goes.
+/// Requires a number within [`LARGEST_GIVEN`], as for positions, targets and sizes of shapes.
 pub(super) fn moderate(field: &str, value: f64) -> Result<f64, Error> {
     if value.abs() <= LARGEST_GIVEN {
         return Ok(value);
@@ -72,7 +72,7 @@ pub(super) fn moderate(field: &str, value: f64) -> Result<f64, Error> {
     Err(refuse(field, value, format!("it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}")))
 }
 
-/// The same of each number of a list.
+/// Like [`moderate`], for each number of a list.
 pub(super) fn moderate_list(field: &str, values: &[f64]) -> Result<(), Error> {
     match values.iter().position(|value| moderate(field, *value).is_err()) {
         Some(index) => moderate(&format!("{field}[{index}]"), values[index]).map(drop),
@@ -80,7 +80,7 @@ pub(super) fn moderate_list(field: &str, values: &[f64]) -> Result<(), Error> {
     }
 }
 
-/// Three finite numbers.
+/// Requires three finite numbers.
 pub(super) fn point(field: &str, point: DVec3) -> Result<DVec3, Error> {
     for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {
         finite(axis, value).map_err(|error| error.within(|| field.to_owned()))?;
@@ -88,7 +88,7 @@ pub(super) fn point(field: &str, point: DVec3) -> Result<DVec3, Error> {
     Ok(point)
 }
 
-/// Three numbers that can be computed with.
+/// Requires three numbers within [`LARGEST_GIVEN`].
 pub(super) fn moderate_point(field: &str, point: DVec3) -> Result<DVec3, Error> {
     for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {
         moderate(axis, value).map_err(|error| error.within(|| field.to_owned()))?;
@@ -96,7 +96,7 @@ pub(super) fn moderate_point(field: &str, point: DVec3) -> Result<DVec3, Error> 
     Ok(point)
 }
 
-/// Three finite numbers, of a finite length.
+/// Requires three finite numbers, of a finite length.
 pub(super) fn vector(field: &str, vector: DVec3) -> Result<DVec3, Error> {
     point(field, vector)?;
     if vector.length().is_finite() {
@@ -105,7 +105,7 @@ pub(super) fn vector(field: &str, vector: DVec3) -> Result<DVec3, Error> {
     Err(refuse(field, vector, "its length must be finite"))
 }
 
-/// Finite, with a rotation of unit length.
+/// Requires a finite pose with a rotation of unit length.
 pub(super) fn pose(field: &str, pose: &DPose3) -> Result<(), Error> {
     point("position", pose.translation).map_err(|error| error.within(|| field.to_owned()))?;
     if (pose.rotation.length_squared() - 1.0).abs() < 1e-6 {
@@ -114,7 +114,7 @@ pub(super) fn pose(field: &str, pose: &DPose3) -> Result<(), Error> {
     Err(refuse(format!("{field}.orientation"), pose.rotation, "it must be a quaternion of unit length"))
 }
 
-/// The same of a place that can be computed with.
+/// Like [`pose`], with a position within [`LARGEST_GIVEN`].
 pub(super) fn moderate_pose(field: &str, given: &DPose3) -> Result<(), Error> {
     pose(field, given)?;
     for (axis, value) in ["x", "y", "z"].into_iter().zip(given.translation.to_array()) {
@@ -123,7 +123,7 @@ pub(super) fn moderate_pose(field: &str, given: &DPose3) -> Result<(), Error> {
     Ok(())
 }
 
-/// A rotation, made one long to the last digit.
+/// Returns a rotation, normalised to the last digit.
 pub(super) fn orientation(field: &str, orientation: DQuat) -> Result<DQuat, Error> {
     if (orientation.length_squared() - 1.0).abs() < 1e-6 {
         return Ok(orientation.normalize());
@@ -131,7 +131,7 @@ pub(super) fn orientation(field: &str, orientation: DQuat) -> Result<DQuat, Erro
     Err(refuse(field, orientation, "it must be a quaternion of unit length"))
 }
 
-/// Ordered, finite, not negative where they bound a size.
+/// Requires limits that are ordered and finite, and not negative if they bound a size.
 pub(super) fn limits(limits: &JointLimits) -> Result<(), Error> {
     let JointLimits { lower, upper, effort, velocity } = *limits;
     for (field, value) in [("limits.lower", lower), ("limits.upper", upper)] {
@@ -149,7 +149,7 @@ pub(super) fn limits(limits: &JointLimits) -> Result<(), Error> {
     }
 }
 
-/// A shape of sizes that can be computed with.
+/// Requires a shape with sizes within bounds.
 pub(super) fn shape(field: &str, geometry: &Geometry) -> Result<(), Error> {
     let each = |kind: &str, sizes: &[(&str, f64)]| {
         sizes.iter().try_for_each(|(name, size)| {

@@ -1,7 +1,7 @@
-//! Everything that can change a world from outside, and what is said in return.
+//! Commands, which are all changes of a world from outside, and their replies.
 //!
-//! Commands are written by serde for recordings. What files carry beside them is left out and has to be filled in by
-//! who reads them: models, shapes and saved states. Who set a target is left out too, since no step reads it.
+//! Serde writes commands for recordings. Models, shapes and saved states are left out, since files carry them
+//! separately: the reader must fill them in. The source of a target is left out too, since no step reads it.
 
 mod constraint;
 mod joint;
@@ -34,76 +34,76 @@ pub use super::trajectory::{Begin, Tolerance, TrajectoryPoint};
 pub use super::wrench::{MAX_WRENCH_DURATION, WrenchDuration};
 use crate::plain::{optional_pose3, optional_two_vectors3, optional_vector3, vector3};
 
-/// A change of the world. Applied between steps: whole or, where it is refused, not at all.
+/// Change of the world. Applied between steps: whole or, if it is refused, not at all.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Command {
-    /// Brings a robot into the world.
+    /// Adds a robot to the world.
     Spawn(Box<Spawn>),
-    /// Gives a robot a new model; see [`Reload`].
+    /// Replaces the model of a robot; see [`Reload`].
     Reload(Box<Reload>),
-    /// Takes a robot out of the world.
+    /// Deletes a robot.
     Delete {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
     },
-    /// Holds two links together.
+    /// Creates a constraint between two links.
     CreateConstraint(Box<CreateConstraint>),
-    /// Changes how two links are held together.
+    /// Changes a constraint between two links.
     ChangeConstraint(Box<ChangeConstraint>),
-    /// Lets two links go.
+    /// Deletes a constraint between two links.
     DeleteConstraint {
-        /// Its name.
+        /// Name of the constraint.
         name: String,
     },
-    /// Gives joints new targets.
+    /// Sets targets of joints.
     SetTargets(SetTargets),
-    /// Has joints carry out a trajectory.
+    /// Starts a trajectory of joints.
     FollowTrajectory(FollowTrajectory),
-    /// Ends trajectories before they are over; their joints hold where they are.
+    /// Cancels trajectories; their joints hold their positions.
     CancelTrajectory {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// Which, as [`Reply::TrajectoryAccepted`] said; `None` is all of the robot.
+        /// Identifier from [`Reply::TrajectoryAccepted`]; `None` means all of the robot.
         id: Option<u64>,
     },
-    /// Puts joints at a position and a velocity.
+    /// Sets positions and velocities of joints.
     ResetJoints {
-        /// Which joints of which robots.
+        /// Joints by robot.
         robots: Vec<RobotReset>,
     },
     /// Changes settings of joints.
     SetJointProperties {
-        /// Whose joints.
+        /// Name of the robot.
         robot: String,
-        /// Which, and what.
+        /// New settings by joint.
         joints: Vec<JointProperties>,
     },
     /// Changes settings of links.
     SetLinkProperties {
-        /// Whose links.
+        /// Name of the robot.
         robot: String,
-        /// Which, and what; the later ones win.
+        /// New settings by link; later ones win.
         links: Vec<LinkProperties>,
     },
-    /// Changes what a robot touches; see [`CollisionFilterChange`].
+    /// Changes the collision filter of a robot; see [`CollisionFilterChange`].
     SetCollisionFilter(CollisionFilterChange),
-    /// Takes robots, joints or the world for one client.
+    /// Claims robots, joints or the world for one client.
     Claim(ClaimRequest),
-    /// Gives them back; joints hold their position.
+    /// Releases a claim; joints hold their position.
     Release {
-        /// What [`ClaimRequest`] was given.
+        /// Identifier from [`ClaimRequest`].
         claim: ClaimId,
-        /// Why.
+        /// Reason for the release.
         cause: ReleaseCause,
     },
-    /// Puts a robot's root link elsewhere.
+    /// Moves a robot's root link.
     SetEntityState {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
-        /// `world_from_root`.
+        /// New `world_from_root`.
         #[serde(with = "optional_pose3")]
         pose: Option<DPose3>,
-        /// Linear and angular velocity of the root link's origin, world axes. Zero for a fixed base.
+        /// Linear velocity of the root link's origin and angular velocity, world axes. Zero for a fixed base.
         #[serde(with = "optional_two_vectors3")]
         twist: Option<(DVec3, DVec3)>,
     },
@@ -111,51 +111,51 @@ pub enum Command {
     ApplyWrench(LinkWrench),
     /// Pulls a link to a point of the world.
     PullLink(LinkPull),
-    /// Changes gravity, time step, substeps, integrator or how surfaces combine.
+    /// Changes gravity, time step, substeps, integrator or the combination of surfaces.
     SetPhysics(PhysicsChange),
-    /// Puts the world back.
+    /// Resets the world.
     Reset(ResetScope),
-    /// Keeps the state of the world under a name, replacing one of that name.
+    /// Saves the state of the world under a name, replacing one of that name.
     SaveState {
-        /// Its name.
+        /// Name of the saved state.
         name: String,
     },
-    /// Puts the world back to a kept state.
+    /// Restores a saved state.
     RestoreState {
-        /// Its name.
+        /// Name of the saved state.
         name: String,
     },
-    /// Forgets a kept state.
+    /// Deletes a saved state.
     DeleteSavedState {
-        /// Its name.
+        /// Name of the saved state.
         name: String,
     },
-    /// Keeps a state that came from elsewhere under a name, replacing one of that name.
+    /// Adds a saved state from elsewhere under a name, replacing one of that name.
     ImportSavedState {
-        /// Its name.
+        /// Name of the saved state.
         name: String,
-        /// The state. A recording has it as a file.
+        /// State. A recording has it as a file.
         #[serde(skip, default = "Saved::nothing")]
         saved: Saved,
     },
-    /// Brings several robots into the world at one moment: all of them, or none.
+    /// Adds several robots to the world at one moment: all of them, or none.
     SpawnAll(Vec<Spawn>),
-    /// Puts a sensor on a robot.
+    /// Adds a sensor to a robot.
     CreateSensor(Box<CreateSensor>),
-    /// Takes a sensor off a robot.
+    /// Deletes a sensor of a robot.
     DeleteSensor {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// Its name.
+        /// Name of the sensor.
         name: String,
     },
 }
 
 impl Command {
-    /// The robots that it changes, by name; `None` where it concerns the whole world.
+    /// Returns the names of robots that it changes; `None` if it concerns the whole world.
     pub fn robots(&self) -> Option<Vec<&str>> {
         Some(match self {
-            // It may become a robot of any name.
+            // The robot may get any name.
             Self::Spawn(spawn) if spawn.allow_renaming => return None,
             Self::Spawn(spawn) => vec![&spawn.name],
             Self::SpawnAll(spawns) if spawns.iter().any(|spawn| spawn.allow_renaming) => return None,
@@ -184,9 +184,9 @@ impl Command {
             }
             Self::Claim(request) if request.world => return None,
             Self::Claim(request) => request.joints.iter().map(|joints| joints.robot.as_str()).collect(),
-            // Whose claim it is was proven.
+            // The caller has proven that the claim is its own.
             Self::Release { .. } => Vec::new(),
-            // Its name alone does not say of which robots a constraint is.
+            // The name alone does not identify the robots of a constraint.
             Self::ChangeConstraint(_)
             | Self::DeleteConstraint { .. }
             | Self::SetPhysics(_)
@@ -199,174 +199,174 @@ impl Command {
     }
 }
 
-/// What a robot touches from now on.
+/// Change of a robot's collision filter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CollisionFilterChange {
-    /// Its name.
+    /// Name of the robot.
     pub robot: String,
     /// Whether its links touch each other; `None` leaves it.
     pub self_collision: Option<bool>,
-    /// Pairs of links, the later ones win.
+    /// Pairs of links; later ones win.
     pub pairs: Vec<CollisionPair>,
 }
 
-/// A pair of links that is switched off or on.
+/// Pair of links that is enabled or disabled.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CollisionPair {
     /// Name of a link of the robot.
     pub link: String,
-    /// The other one's robot; empty is the same one.
+    /// Robot of the other link; empty means the same robot.
     pub other_robot: String,
     /// Name of the other link.
     pub other_link: String,
-    /// Whether the two touch; `None`: as groups, masks and joints say.
+    /// Whether the two touch; `None` leaves this to groups, masks and joints.
     pub enabled: Option<bool>,
 }
 
-/// What one client takes, so that only commands that come with the claim change it.
+/// Claim of one client: only commands that come with it may change what it covers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRequest {
-    /// Which it is from now on. Unique; the caller makes it.
+    /// Identifier of the claim. Unique; the caller makes it.
     pub claim: ClaimId,
-    /// Who claims, for people.
+    /// Name of the holder, for people.
     pub holder: String,
-    /// Which joints. A selection that names none is of the whole robot.
+    /// Joints. A selection without names means the whole robot.
     pub joints: Vec<JointSelection>,
-    /// The world: what concerns all robots, such as a pause.
+    /// Whether it includes the world: actions that concern all robots, such as a pause.
     pub world: bool,
-    /// Claims with a lower one that are in the way end.
+    /// Priority; conflicting claims with a lower one end.
     pub priority: u32,
-    /// Claims that are in the way end, whatever their priority.
+    /// Whether conflicting claims end, whatever their priority.
     pub take_over: bool,
 }
 
-/// Why a claim ended.
+/// Reason for the end of a claim.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ReleaseCause {
-    /// Its holder gave it back.
+    /// Its holder released it.
     Released,
-    /// It was not used for as long as its lease.
+    /// Its lease expired without use.
     Lapsed,
     /// The connection that it was bound to ended.
     Disconnected,
     /// Another claim took over.
     TakenOver {
-        /// The other one's holder.
+        /// Holder of the other claim.
         by: String,
     },
 }
 
-/// Joints of a robot; none named means all that move.
+/// Joints of a robot; an empty list means all that move.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointSelection {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
     /// Names of joints.
     pub joints: Vec<String>,
 }
 
-/// A wrench on a link.
+/// Wrench on a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkWrench {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// The link's name.
+    /// Name of the link.
     pub link: String,
-    /// Newtons.
+    /// Force, N.
     #[serde(with = "vector3")]
     pub force: DVec3,
-    /// Newton metres.
+    /// Torque, N m.
     #[serde(with = "vector3")]
     pub torque: DVec3,
-    /// Force and torque are in the link's axes, not the world's.
+    /// Whether force and torque are in the link's axes, and not the world's.
     pub in_link_axes: bool,
-    /// Where the force acts, in the link's frame, metres.
+    /// Point at which the force acts, in the link's frame, metres.
     #[serde(with = "vector3")]
     pub point: DVec3,
-    /// For how long.
+    /// Duration of the wrench.
     pub duration: WrenchDuration,
 }
 
-/// New physics settings; `None` leaves one as it is.
+/// New physics settings; `None` leaves one unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhysicsChange {
-    /// m/s^2, world axes.
+    /// Gravity, m/s^2, world axes.
     #[serde(with = "optional_vector3")]
     pub gravity: Option<DVec3>,
-    /// Seconds a step, 1e-6 to 0.1.
+    /// Time step, seconds, 1e-6 to 0.1.
     pub time_step: Option<f64>,
-    /// Parts of a step, 1 to 1,000.
+    /// Number of parts of a step, 1 to 1,000.
     pub substeps: Option<u32>,
-    /// The method of a step.
+    /// Integration method.
     pub integrator: Option<Integrator>,
-    /// How coefficients of surfaces that touch become those of the contact.
+    /// Combination of the coefficients of touching surfaces.
     pub surface_combination: Option<SurfaceCombination>,
-    /// Free bodies at rest sleep; false wakes all.
+    /// Whether free bodies at rest sleep; false wakes all.
     pub sleeping: Option<bool>,
 }
 
-/// What a reset puts back, in the words of `simulation_interfaces`.
+/// Scope of a reset, in the terms of `simulation_interfaces`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ResetScope {
-    /// Step and sim time go to zero; a new epoch begins.
+    /// Whether step and sim time return to zero, which begins a new epoch.
     pub time: bool,
-    /// Robots go back to the state they were spawned with.
+    /// Whether robots return to the state they were spawned with.
     pub state: bool,
-    /// Robots that were not loaded at the start go.
+    /// Whether robots that were not loaded at the start are deleted.
     pub spawned: bool,
 }
 
-/// A command that was done.
+/// Result of a command that was done.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Applied {
-    /// The moment from which it holds.
+    /// Moment from which it holds.
     pub at: Moment,
-    /// What came of it.
+    /// Reply to the command.
     pub reply: Reply,
 }
 
-/// What came of a command.
+/// Reply to a command.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reply {
-    /// Nothing more to say.
+    /// Nothing to report.
     Done,
-    /// The robot is in the world.
+    /// The robot was added.
     Spawned {
-        /// Under this name.
+        /// Name of the robot.
         name: String,
     },
-    /// Several robots are in the world.
+    /// Several robots were added.
     SpawnedAll {
-        /// Their names, in the order of the command.
+        /// Names of the robots, in the order of the command.
         names: Vec<String>,
     },
-    /// The constraint holds from the next step on.
+    /// The constraint was created, and holds from the next step on.
     ConstraintCreated {
-        /// Under this name.
+        /// Name of the constraint.
         name: String,
     },
-    /// The sensor takes samples from now on.
+    /// The sensor was created, and takes samples from now on.
     SensorCreated {
-        /// Under this name.
+        /// Name of the sensor.
         name: String,
     },
     /// The robot has its new model.
     Reloaded {
-        /// Joints it did not have.
+        /// Joints that the old model did not have.
         added: Vec<String>,
-        /// Joints it has no longer.
+        /// Joints that the new model does not have.
         removed: Vec<String>,
     },
-    /// The targets hold.
+    /// The targets are set.
     Targets {
-        /// Those that lay beyond a limit.
+        /// Targets that were beyond a limit.
         clamped: Vec<Clamped>,
-        /// A joint has another mode or other gains than before.
+        /// Whether a joint has another mode or other gains than before.
         changed_law: bool,
     },
-    /// The trajectory is carried out, or waits.
+    /// The trajectory has started, or waits.
     TrajectoryAccepted {
-        /// What it is called from now on.
+        /// Identifier of the trajectory.
         id: u64,
     },
     /// The claim holds.
@@ -374,13 +374,13 @@ pub enum Reply {
         /// Claims that it took over from, which ended.
         ended: Vec<ClaimId>,
     },
-    /// The world is put back.
+    /// The world was reset.
     Reset {
-        /// Robots that are gone.
+        /// Robots that were deleted.
         deleted: Vec<String>,
     },
     /// The settings in force.
     Physics(PhysicsSettings),
-    /// A kept state.
+    /// A saved state.
     SavedState(SavedStateInfo),
 }

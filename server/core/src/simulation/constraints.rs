@@ -1,4 +1,4 @@
-//! The constraints between links of a world: which robots they hold together, and what follows from that.
+//! Constraints between links of a world: the robots that they connect, and quantities derived from them.
 
 use std::sync::Arc;
 
@@ -8,21 +8,22 @@ use crate::dynamics::constraint::link_constraint::{
 };
 use crate::valid::{finite, moderate, pose};
 
-/// Robots and links that a constraint keeps from touching, the smaller robot, or link of one robot, first.
+/// Robots and links between which a constraint disables collisions; the smaller robot, or link of one robot,
+/// first.
 pub(super) type ExcludedLinks = ([usize; 2], [usize; 2]);
 
-/// The constraints of a world, in the order in which they were made.
+/// Constraints of a world, in the order of their creation.
 #[derive(Debug, Default)]
 pub(super) struct LinkConstraints {
     pub(super) list: Vec<LinkConstraint>,
-    /// What they are. Shared with what is published.
+    /// Definitions of the constraints. Shared with what is published.
     pub(super) definitions: Arc<Vec<ConstraintDefinition>>,
-    /// What does not touch for their sake, in order.
+    /// Links between which collisions are disabled, in order.
     pub(super) excluded: Vec<ExcludedLinks>,
 }
 
 impl LinkConstraints {
-    /// To be called when the list has changed.
+    /// Updates what follows from the list; call it when the list has changed.
     pub(super) fn changed(&mut self) {
         self.definitions = Arc::new(self.list.iter().map(|of| of.definition.clone()).collect());
         self.excluded.clear();
@@ -36,13 +37,13 @@ impl LinkConstraints {
         self.excluded.dedup();
     }
 
-    /// Takes over those of another state.
+    /// Replaces the constraints by another state's.
     pub(super) fn replace(&mut self, list: Vec<LinkConstraint>) {
         self.list = list;
         self.changed();
     }
 
-    /// Something else than a step has moved robots, which are all where none is named.
+    /// Records that a robot was moved other than by a step; `None` means all robots.
     pub(super) fn forget_motion(&mut self, robot: Option<usize>) {
         for of in &mut self.list {
             if robot.is_none_or(|robot| of.definition.robots().any(|other| other == robot)) {
@@ -51,8 +52,8 @@ impl LinkConstraints {
         }
     }
 
-    /// The robot at this index is out of the simulation: what constraints on it keep of the last step is of no use to the next one,
-    /// may be no number, and would be shown and saved for as long as they do nothing.
+    /// Clears the last step's data of constraints on a disabled robot, by its index. The next step cannot use
+    /// them, they may be NaN, and would be shown and saved as long as the constraints do nothing.
     pub(super) fn forget_step(&mut self, robot: usize) {
         for of in &mut self.list {
             if of.definition.robots().any(|other| other == robot) {
@@ -61,7 +62,8 @@ impl LinkConstraints {
         }
     }
 
-    /// Gives robots other indices; takes out constraints of those that have none, and names them.
+    /// Changes the indices of robots. Removes constraints of robots without a new index, and returns their
+    /// names.
     pub(super) fn keep(&mut self, index: impl Fn(usize) -> Option<usize>) -> Vec<String> {
         let mut gone = Vec::new();
         self.list.retain_mut(|of| {
@@ -78,7 +80,8 @@ impl LinkConstraints {
         gone
     }
 
-    /// Gives links of a robot other indices; takes out constraints of those that have none, and names them.
+    /// Changes the indices of a robot's links. Removes constraints of links without a new index, and returns
+    /// their names.
     pub(super) fn keep_links(&mut self, robot: usize, index: impl Fn(usize) -> Option<usize>) -> Vec<String> {
         let mut gone = Vec::new();
         self.list.retain_mut(|of| {
@@ -100,7 +103,8 @@ impl LinkConstraints {
     }
 }
 
-/// The robots and bodies that a constraint moves; `None` where it acts on nothing: a robot is out of the simulation.
+/// Returns the robots that a constraint moves. Returns `None` if it acts on nothing, because a robot is
+/// disabled.
 pub(super) fn moved(robots: &[Entity], constraint: &LinkConstraint) -> Option<[Option<usize>; 2]> {
     let mut moved = [None; 2];
     for (moved, ConstraintEnd { link, .. }) in moved.iter_mut().zip(&constraint.definition.ends) {
@@ -113,18 +117,18 @@ pub(super) fn moved(robots: &[Entity], constraint: &LinkConstraint) -> Option<[O
     Some(moved)
 }
 
-/// Whether a step solves a constraint: something that it can move is awake.
+/// Returns whether a step solves a constraint: whether a robot that it can move is awake.
 pub(super) fn acts(robots: &[Entity], constraint: &LinkConstraint) -> bool {
     moved(robots, constraint)
         .is_some_and(|moved| moved.into_iter().flatten().any(|robot| robots[robot].is_awake()))
 }
 
-/// Whether a link hangs on a joint of one axis, which a gear can turn.
+/// Returns whether a link is the child of a joint of one axis, which a gear can turn.
 pub(super) fn has_axis(robot: &Entity, link: usize) -> bool {
     link.checked_sub(1).is_some_and(|joint| robot.body.tree().has_one_axis(joint))
 }
 
-/// Whether constraints that came from elsewhere can be those of these robots.
+/// Checks constraints from elsewhere against these robots.
 pub(super) fn check(robots: &[Entity], constraints: &[LinkConstraint]) -> Result<(), String> {
     let mut names: Vec<&str> = constraints.iter().map(|of| of.definition.name.as_str()).collect();
     names.sort_unstable();

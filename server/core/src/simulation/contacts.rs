@@ -1,5 +1,4 @@
-//! The contacts of a world: found anew in each part of a step, and given the impulses that
-//! they had in the one before.
+//! Contacts of a world: found anew in each part of a step, with the impulses of the previous part.
 
 mod check;
 mod faces;
@@ -20,29 +19,29 @@ use crate::collision::{
 use crate::dynamics::constraint::contact::Contact;
 use crate::pool::{Interrupt, PIECES, Pool};
 
-/// To look at pairs of robots with fewer colliders than this takes no longer than to divide them.
+/// Number of colliders below which dividing the pairs takes longer than searching them.
 const WORTH_THREADS: usize = 256;
 
-/// So many pairs are fetched at once. The first robot of each mostly is that of the pair before.
+/// Number of pairs that are prefetched at once. The first robot of a pair mostly is the previous pair's.
 const FETCHED: usize = 8;
 
-/// The contacts of a world, in the order of their robots and colliders.
+/// Contacts of a world, in the order of their robots and colliders.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
     pub(super) list: Vec<Contact>,
-    /// Links of different robots that were switched off or on, in order.
+    /// Enabled and disabled pairs of links of different robots, in order.
     pub(super) collision_pairs: Arc<Vec<RobotLinkPair>>,
     before: Vec<Contact>,
-    /// Robots that are near each other and that nothing is sure to separate, in order, with the initial overlaps of their
-    /// colliders that are ignored until they have separated.
+    /// Robots near each other that motion may be unable to separate, in order. Their initial overlaps are
+    /// ignored until the colliders have separated.
     fixed: Vec<FixedPair>,
     fixed_before: Vec<FixedPair>,
     broad: BroadPhase,
-    /// One for each piece of the pairs.
+    /// Searches, one for each piece of the pairs.
     searches: Vec<Search>,
 }
 
-/// What is found among some pairs of robots that follow each other.
+/// Results for some consecutive pairs of robots.
 #[derive(Debug, Default)]
 struct Search {
     narrow: NarrowPhase,
@@ -50,18 +49,18 @@ struct Search {
     fixed: Vec<FixedPair>,
 }
 
-/// How contacts are looked for.
+/// Options of the search.
 #[derive(Clone, Copy)]
 pub(super) struct SearchOptions {
-    /// At least this far from what moves, metres.
+    /// Minimum distance from moving robots within which contacts are looked for, metres.
     pub(super) slack: f64,
-    /// Of surfaces that touch.
+    /// Combination of touching surfaces.
     pub(super) combination: SurfaceCombination,
-    /// A step begins, and with it the sums of impulses.
+    /// Whether a step begins, and with it the sums of impulses.
     pub(super) begins: bool,
 }
 
-/// What contacts are looked for among.
+/// Input of the search.
 #[derive(Clone, Copy)]
 struct Among<'a> {
     robots: &'a [Entity],
@@ -72,20 +71,20 @@ struct Among<'a> {
     interrupt: &'a Interrupt<'a>,
 }
 
-/// Whether links do not touch for the sake of a constraint.
+/// Returns whether a constraint disables collisions between links.
 fn is_excluded(excluded: &[ExcludedLinks], robots: [usize; 2], links: [usize; 2]) -> bool {
     let is_swapped = robots[0] == robots[1] && links[0] > links[1];
     let links = if is_swapped { [links[1], links[0]] } else { links };
     excluded.binary_search(&(robots, links)).is_ok()
 }
 
-/// What orders contacts.
+/// Returns the sort key of a contact.
 fn key(contact: &Contact) -> Pair {
     (contact.robots, contact.point.colliders)
 }
 
 impl Contacts {
-    /// Keeps forces as they are where steps and their parts become longer by these factors.
+    /// Keeps forces constant if steps and their parts become longer by these factors.
     pub(super) fn stretch(&mut self, step: f64, part: f64) {
         for contact in &mut self.list {
             contact.total *= step;
@@ -94,13 +93,14 @@ impl Contacts {
         }
     }
 
-    /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are not looked
-    /// for between `excluded` links, and not of a robot of which a part of a step has left it unknown where it is.
+    /// Finds the contacts of robots whose colliders are placed. Returns false if interrupted. Contacts
+    /// between `excluded` links are left out, and contacts of robots whose pose a part of a step has made not
+    /// finite.
     ///
-    /// An overlap between links of one robot, or of two robots that are fixed to the world, is ignored if it exists
-    /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
-    /// or an arm whose first link reaches into the table: no motion of joints ends such an overlap, and contact forces
-    /// would only make the robots shake.
+    /// Some overlaps are ignored until the links have separated: those between links of one robot, or of two
+    /// robots that are fixed to the world. The overlap must exist right after a teleport of one of them. A
+    /// user may load two arms at the origin, or an arm whose first link reaches into the table. No joint
+    /// motion ends such an overlap, and contact forces would only make the robots shake.
     pub(super) fn find(
         &mut self,
         robots: &[Entity],
@@ -115,7 +115,7 @@ impl Contacts {
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, searches } = self;
         fixed.clear();
         if busy.shaped().is_empty() && busy.leaves_some() {
-            // Those that have shapes cannot move, and are as they were.
+            // Robots with shapes cannot move, and are unchanged.
             list.clear();
             fixed_before.clear();
             searches.iter_mut().for_each(|search| search.begin(options.combination));
@@ -148,11 +148,11 @@ impl Contacts {
         }
         fixed_before.clear();
         searches.iter_mut().for_each(|search| fixed.append(&mut search.fixed));
-        // What was found is in order, since pairs are. It is large: it is moved once at the most.
+        // Results are in order, since pairs are. They are large, so they are moved at most once.
         match searches {
             [search] if !is_any_asleep => {
                 std::mem::swap(list, &mut search.found);
-                // Each of the two lists takes as many contacts the next time.
+                // So that each of the two lists can take as many contacts the next time.
                 search.found.clear();
                 search.found.reserve_exact(list.capacity());
             }
@@ -166,7 +166,7 @@ impl Contacts {
             }
             _ => {
                 list.clear();
-                // What sleeps has not moved: its contacts are as they were.
+                // Sleeping robots have not moved: their contacts are unchanged.
                 let asleep = |contact: &&Contact| {
                     let [a, b] = contact.robots.map(|robot| &robots[robot]);
                     a.is_active() && b.is_active() && !a.is_awake() && !b.is_awake()
@@ -178,17 +178,17 @@ impl Contacts {
         true
     }
 
-    /// Pairs of colliders whose bounds were compared when contacts were last found.
+    /// Returns the number of pairs of colliders whose bounds were compared in the last search.
     pub(super) fn compared(&self) -> u64 {
         self.searches.iter().map(|search| search.narrow.compared).sum()
     }
 
-    /// Initial overlaps that are ignored, in order.
+    /// Returns the ignored initial overlaps, in order.
     pub(super) fn ignored_overlaps(&self) -> impl Iterator<Item = Pair> + '_ {
         self.fixed.iter().flat_map(|fixed| fixed.ignored.iter().map(|&colliders| (fixed.robots, colliders)))
     }
 
-    /// To be called when it changed what touches what: contacts of what may no longer touch are dropped.
+    /// Drops contacts that are no longer allowed; call it when the collision filter has changed.
     pub(super) fn filter_changed(&mut self, robots: &[Entity]) {
         let pairs = &self.collision_pairs;
         self.list.retain(|contact| {
@@ -203,25 +203,25 @@ impl Contacts {
         self.fixed.iter_mut().for_each(FixedPair::forget_distances);
     }
 
-    /// Takes out contacts between excluded links.
+    /// Removes contacts between excluded links.
     pub(super) fn forget_excluded(&mut self, excluded: &[ExcludedLinks]) {
         self.list.retain(|contact| !is_excluded(excluded, contact.robots, contact.point.links));
     }
 
-    /// Takes over the contacts and the ignored overlaps of another state.
+    /// Replaces the contacts and the ignored overlaps by another state's.
     pub(super) fn replace(&mut self, list: Vec<Contact>, ignored_overlaps: &[Pair]) {
         self.list = list;
         let of = |pairs: &[Pair]| FixedPair::new(pairs[0].0, pairs.iter().map(|pair| pair.1).collect());
         self.fixed = ignored_overlaps.chunk_by(|a, b| a.0 == b.0).map(of).collect();
     }
 
-    /// Takes the contacts of a robot out.
+    /// Removes the contacts of a robot.
     pub(super) fn forget(&mut self, robot: usize) {
         self.list.retain(|contact| !contact.robots.contains(&robot));
         self.fixed.retain(|fixed| !fixed.robots.contains(&robot));
     }
 
-    /// The robot at this index is gone, and those after it have moved up.
+    /// Removes the robot at this index; later ones move up.
     pub(super) fn remove(&mut self, robot: usize) {
         self.forget(robot);
         let touching = self.list.iter_mut().flat_map(|contact| &mut contact.robots);
@@ -231,7 +231,8 @@ impl Contacts {
         self.keep_pairs(|index| (index != robot).then_some(index - usize::from(index > robot)));
     }
 
-    /// Gives the robots of collision pairs other indices; pairs of those that have none are dropped. The order stays.
+    /// Changes the indices of robots of collision pairs; pairs of robots without a new index are dropped. The
+    /// order stays.
     pub(super) fn keep_pairs(&mut self, index: impl Fn(usize) -> Option<usize>) {
         if self.collision_pairs.is_empty() {
             return;
@@ -247,8 +248,8 @@ impl Contacts {
 }
 
 impl Among<'_> {
-    /// Looks among pairs, which are in order. What was known of pairs that are fixed to each other, in order too, is taken. False where it
-    /// was interrupted.
+    /// Searches pairs, which are in order. Uses the known data of pairs that are fixed to each other, in
+    /// order too. Returns false if interrupted.
     fn search(
         self,
         pool: Option<&dyn Pool>,
@@ -280,7 +281,8 @@ impl Search {
         self.narrow.compared = 0;
     }
 
-    /// Finds the contacts of these pairs, in their order, and gives them what they had. False where it was interrupted.
+    /// Finds the contacts of these pairs, in their order, and copies their previous data. Returns false if
+    /// interrupted.
     fn look(&mut self, among: Among<'_>, pairs: &[[usize; 2]], known: &mut [FixedPair]) -> bool {
         let Among { robots, excluded, collision_pairs, before, options, interrupt } = among;
         let SearchOptions { slack, begins, .. } = options;
@@ -331,7 +333,7 @@ impl Search {
     }
 }
 
-/// Writes what was found over as many contacts, on the threads that have found it: these have it in their caches.
+/// Copies results into the list, on the threads that have found them and have them in their caches.
 fn put_in_order(pool: Option<&dyn Pool>, searches: &[Search], list: &mut [Contact]) {
     let (first, second) = searches.split_at(searches.len() / 2);
     match (pool, second) {
@@ -349,7 +351,8 @@ fn put_in_order(pool: Option<&dyn Pool>, searches: &[Search], list: &mut [Contac
     }
 }
 
-/// Adds contacts of two kinds, each in order, to a list, in the order of all. No two colliders have some of both kinds.
+/// Merges contacts of two kinds, each in order, into an ordered list. No two colliders have contacts of both
+/// kinds.
 fn merge<'a>(
     found: impl Iterator<Item = &'a Contact>,
     kept: impl Iterator<Item = &'a Contact>,

@@ -1,4 +1,4 @@
-//! One robot in the world: its dynamics, what it was spawned with, who may drive it.
+//! One robot in the world: its dynamics, the state it was spawned with, and its claims.
 
 mod colliders;
 mod joints;
@@ -24,26 +24,26 @@ use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Axis, LARGEST_STATE, Mode, Tree};
 
-/// A robot in the world: what it is, its state, and the scratch of a step.
+/// A robot in the world: its description, its state, and the scratch of a step.
 #[derive(Debug)]
 pub(super) struct Entity {
-    /// Unlike that of any other robot or model before it. What is immutable is equal where this is.
+    /// Version, which no other robot or model had before. Equal versions have equal immutable data.
     pub version: u64,
-    /// What it is.
+    /// Model of the robot.
     pub model: Arc<RobotModel>,
-    /// Its state beside its dynamics.
+    /// State beside the dynamics.
     pub state: EntityState,
-    /// Its tree, the state of its dynamics, and their scratch.
+    /// Tree, state of the dynamics, and their scratch.
     pub body: Articulation,
-    /// What it touches with: its shapes, and scratch that follows from the state.
+    /// Colliders: shapes, and scratch derived from the state.
     pub colliders: RobotColliders,
-    /// Who holds it and its joints.
+    /// Claims of the robot and its joints.
     pub claims: RobotClaims,
-    /// New velocities of this part of a step are found.
+    /// Whether the new velocities of this part of a step are computed.
     pub is_started: bool,
 }
 
-/// What of a robot never changes while it has one version. Cheap to copy.
+/// Immutable data of one version of a robot. Cheap to copy.
 #[derive(Clone, Debug)]
 pub(super) struct Description {
     pub version: u64,
@@ -52,8 +52,8 @@ pub(super) struct Description {
     pub shapes: Arc<Shapes>,
 }
 
-/// The tree of a robot of this model: that of one of `robots` which is of the same, where there is one. What hundreds of
-/// robots read of it in each part of a step so stays near the processor.
+/// Returns the tree of a robot of this model, shared with one of `robots` if possible. The data that hundreds
+/// of robots read of it in each part of a step then stay in the cache.
 pub(super) fn tree_for<'a>(
     robots: impl IntoIterator<Item = &'a Entity>,
     model: &Arc<RobotModel>,
@@ -65,7 +65,7 @@ pub(super) fn tree_for<'a>(
 }
 
 impl Entity {
-    /// A robot as it comes into the world: at rest, each joint passive or holding. The tree is of its model.
+    /// Creates a robot at rest, with each joint passive or holding. The tree must be of its model.
     pub(super) fn new(
         name: String,
         version: u64,
@@ -124,7 +124,7 @@ impl Entity {
         entity
     }
 
-    /// A robot in a state that was saved of one with this description.
+    /// Creates a robot in a state that was saved with this description.
     pub(super) fn from_state(description: &Description, RobotState { entity, body }: RobotState) -> Self {
         let Description { version, model, tree, shapes } = description;
         let colliders = RobotColliders::new(tree, shapes, Surface::default());
@@ -141,14 +141,14 @@ impl Entity {
         new
     }
 
-    /// Puts it into another state that it was in.
+    /// Restores another state of this robot.
     pub(super) fn set_robot_state(&mut self, RobotState { entity, body }: &RobotState) {
         self.state = entity.clone();
         self.body.set_state(body);
         self.follow_state();
     }
 
-    /// Brings colliders in line with the state.
+    /// Updates colliders from the state.
     fn follow_state(&mut self) {
         self.colliders.set_surfaces(&self.state.surfaces);
         self.filter_colliders();
@@ -157,12 +157,12 @@ impl Entity {
         }
     }
 
-    /// What a save copies.
+    /// Returns the state, which a save copies.
     pub(super) fn robot_state(&self) -> RobotState {
         RobotState { entity: self.state.clone(), body: self.body.state().clone() }
     }
 
-    /// What it shares with what is saved of it.
+    /// Returns the description, which saved states share.
     pub(super) fn description(&self) -> Description {
         Description {
             version: self.version,
@@ -172,19 +172,19 @@ impl Entity {
         }
     }
 
-    /// Whether its root link cannot move.
+    /// Returns whether its root link cannot move.
     pub(super) fn is_fixed(&self) -> bool {
         self.state.fixed_base
     }
 
-    /// Reads what a step needs of it, and does nothing with it: see [`Articulation::fetch`].
+    /// Reads the data that a step needs, and discards them: see [`Articulation::fetch`].
     pub(super) fn fetch(&self) {
         self.body.fetch();
         self.colliders.fetch();
         black_box(self.state.applied_wrenches.first().map(|wrench| wrench.link));
     }
 
-    /// Keeps the state, to go back to where it is not finite after a step.
+    /// Stores the state, to restore it if the state after the step is not finite.
     pub(super) fn begin_step(&mut self) {
         self.begin_wrenches();
         if self.is_awake() {
@@ -195,9 +195,8 @@ impl Entity {
         }
     }
 
-    /// Updates bodies and wrenches, and colliders if there are other robots. Contacts
-    /// are looked for within `slack` metres and what a part of a step, `h` seconds, moves the
-    /// robot.
+    /// Updates bodies and wrenches, and colliders if there are other robots. Contacts are looked for within
+    /// `slack` metres and the motion in a part of a step of `h` seconds.
     pub(super) fn update_poses(&mut self, others: bool, slack: f64, h: f64) {
         if self.is_awake() {
             if !(self.state.applied_wrenches.is_empty() && self.state.pulls.is_empty()) {
@@ -211,19 +210,19 @@ impl Entity {
         }
     }
 
-    /// Ends a step of so many seconds: expired wrenches are taken out.
+    /// Ends a step of `time_step` seconds: removes expired wrenches.
     pub(super) fn end_step(&mut self, time_step: f64) {
         if self.is_active() {
             self.end_wrenches(time_step);
         }
     }
 
-    /// Whether a step has left its state not finite.
+    /// Returns whether its state is not finite after a step.
     pub(super) fn is_not_finite(&self) -> bool {
         self.is_active() && !self.state.asleep && !self.body.is_finite()
     }
 
-    /// Puts a state that is not finite back and disables the robot; returns why.
+    /// Restores the last finite state and disables the robot. Returns the reason.
     pub(super) fn disable(&mut self) -> Arc<str> {
         let culprit = self.first_not_finite();
         self.body.positions_mut().copy_from_slice(&self.state.last_good.0);
@@ -239,8 +238,8 @@ impl Entity {
         reason
     }
 
-    /// Claims of another state of this robot, with the model that it had there, for the joints that both have and
-    /// that can be driven.
+    /// Takes over the claims of another state of this robot, with its model there, for the joints that both
+    /// have and that are actuated.
     pub(super) fn take_claims(&mut self, claims: &RobotClaims, model: &RobotModel) {
         self.claims =
             RobotClaims { whole: claims.whole.clone(), ..RobotClaims::none(self.model.joints.len()) };
@@ -253,7 +252,7 @@ impl Entity {
         }
     }
 
-    /// Names what is not finite.
+    /// Returns a description of the part that is not finite.
     fn first_not_finite(&self) -> String {
         let tree = self.body.tree();
         let bad = tree.bodies.iter().find(|body| {
@@ -269,7 +268,7 @@ impl Entity {
     }
 }
 
-/// Settings of all axes as the model gives them; nothing is driven yet.
+/// Returns the settings of all axes from the model, without actuators.
 fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
     let mut axes = vec![Axis::default(); tree.velocity_count];
     for body in &tree.bodies {
@@ -280,7 +279,7 @@ fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
         let settings = &mut axes[body.velocity].settings;
         settings.damping = joint.damping;
         settings.friction = joint.friction;
-        // A planar joint's limits would be of three kinds at once: only one axis can have them.
+        // A planar joint has axes of different units: its limits are ignored.
         settings.limits = match joint.kind {
             JointKind::Planar => JointLimits::default(),
             JointKind::Continuous | JointKind::Spherical => {
@@ -293,8 +292,8 @@ fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
     axes
 }
 
-/// What the description says, else zero, or the nearest limit where zero lies outside; a follower where its leader
-/// puts it.
+/// Returns the initial positions: the description's, else zero, or the nearest limit if zero is beyond it; a
+/// follower's follows its leader.
 fn start_positions(model: &RobotModel, tree: &Tree, axes: &[Axis]) -> Vec<f64> {
     let mut q = vec![0.0; tree.position_count];
     for body in &tree.bodies {
@@ -314,7 +313,7 @@ fn start_positions(model: &RobotModel, tree: &Tree, axes: &[Axis]) -> Vec<f64> {
     q.split_off(tree.root_positions())
 }
 
-/// Sets the positions of mimic joints. Chains are as deep as there are pairs.
+/// Sets the positions of mimic joints. Chains are at most as long as the number of pairs.
 pub(super) fn apply_mimics(tree: &Tree, q: &mut [f64]) {
     tree.apply_mimics(q);
 }
@@ -329,7 +328,7 @@ pub(super) fn apply_mimic_velocities(tree: &Tree, qd: &mut [f64]) {
     }
 }
 
-/// Letters, digits, `_` and `-`, at least one.
+/// Returns whether a name consists of letters, digits, `_` and `-`, at least one.
 pub(super) fn is_robot_name(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }

@@ -1,202 +1,202 @@
-//! Why a command or a query is refused. Each message is a sentence for people
-//! that names the element; nothing was changed.
+//! Refusals of commands and queries. Each message is a sentence for people that names the element; nothing
+//! was changed.
 
-/// A refusal.
+/// Refusal of a command or a query.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// No robot of that name.
     #[error("there is no robot {robot:?} in this world; {}", list_known("robots", .known))]
     RobotNotFound {
-        /// What was asked for.
+        /// Requested name.
         robot: String,
-        /// What there is.
+        /// Known names.
         known: Vec<String>,
     },
     /// The robot has no such joint.
     #[error("robot {robot:?} has no joint {joint:?}; {}", list_known("its joints", .known))]
     JointNotFound {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// What was asked for.
+        /// Requested name.
         joint: String,
-        /// What there is.
+        /// Known names.
         known: Vec<String>,
     },
     /// The robot has no such link.
     #[error("robot {robot:?} has no link {link:?}; {}", list_known("its links", .known))]
     LinkNotFound {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// What was asked for.
+        /// Requested name.
         link: String,
-        /// What there is.
+        /// Known names.
         known: Vec<String>,
     },
     /// The name is taken.
     #[error("there is a robot {robot:?} already; choose another name, delete it, or reload it")]
     RobotExists {
-        /// The name.
+        /// Name.
         robot: String,
     },
-    /// A number or a name that cannot be.
+    /// An invalid number or name.
     #[error("{element}{of} is {value}; {expected}")]
     InvalidValue {
-        /// The path of the field in its request, for instance `robots[0].joints[2].position.stiffness`.
+        /// Path of the field in its request, for instance `robots[0].joints[2].position.stiffness`.
         element: String,
-        /// What it belongs to, for people: ` (joint "elbow")`, or nothing.
+        /// Owner of the field, for people: ` (joint "elbow")`, or nothing.
         of: String,
-        /// What was given.
+        /// Given value.
         value: String,
-        /// What would be accepted, as "it must be ...".
+        /// Accepted values, as "it must be ...".
         expected: String,
     },
-    /// A list of another length than it must have.
+    /// A list of the wrong length.
     #[error("{element} has {has}, and needs {needs}")]
     WrongCount {
-        /// The path of the field in its request, for instance `controls[0].values`.
+        /// Path of the field in its request, for instance `controls[0].values`.
         element: String,
-        /// How many there are, as "1 number".
+        /// Present length, as "1 number".
         has: String,
-        /// How many there must be, and why: "2 (one a joint)".
+        /// Required length and its reason: "2 (one a joint)".
         needs: String,
     },
-    /// What a field of the request names cannot be had. The reason is that of `error`.
+    /// A field of the request names something that does not exist. `error` has the reason.
     #[error("{field}: {error}")]
     InField {
-        /// The path of the field in its request, for instance `costs[2].links[0]`.
+        /// Path of the field in its request, for instance `costs[2].links[0]`.
         field: String,
-        /// Why not.
+        /// Reason.
         error: Box<Error>,
     },
     /// The joint has no actuator.
     #[error("joint {joint:?} of robot {robot:?} {why}, so it takes no target")]
     JointNotActuated {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// Which.
+        /// Name of the joint.
         joint: String,
-        /// "is fixed", "follows joint ...".
+        /// Reason: "is fixed", "follows joint ...".
         why: String,
     },
-    /// A target beyond a limit, where refusal was asked for.
+    /// A target beyond a limit, if refusal was requested.
     #[error("target {requested} of joint {joint:?} lies beyond its limits, {lower} to {upper}")]
     TargetBeyondLimit {
-        /// Which.
+        /// Name of the joint.
         joint: String,
-        /// What was asked for.
+        /// Requested value.
         requested: f64,
-        /// The least it may be.
+        /// Lower limit.
         lower: f64,
-        /// The most it may be.
+        /// Upper limit.
         upper: f64,
     },
-    /// The robot's layout is another one.
+    /// The robot has another layout.
     #[error(
         "robot {robot:?} has joint layout {present}, the request was made for {requested}; \
          fetch its joints again"
     )]
     LayoutChanged {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// What the request says.
+        /// Requested version.
         requested: u64,
-        /// What there is.
+        /// Present version.
         present: u64,
     },
-    /// Another client's robot.
+    /// Another client has claimed the robot.
     #[error("robot {robot:?} is claimed by {holder:?}")]
     RobotClaimed {
-        /// Which.
+        /// Name of the robot.
         robot: String,
-        /// By whom.
+        /// Holder of the claim.
         holder: String,
     },
-    /// Another client's world.
+    /// Another client has claimed the world.
     #[error("the world is claimed by {holder:?}")]
     WorldClaimed {
-        /// By whom.
+        /// Holder of the claim.
         holder: String,
     },
-    /// What concerns all clients, while another one holds a claim.
+    /// An action concerns all clients, while another one holds a claim.
     #[error(
         "{holder:?} holds a claim in this world: claim the world to pause, play, reset or restore it, or to change its physics"
     )]
     WorldShared {
-        /// Who.
+        /// Holder of the claim.
         holder: String,
     },
-    /// Another client's joint.
+    /// Another client has claimed the joint.
     #[error("joint {joint:?} of robot {robot:?} is claimed by {holder:?}")]
     JointClaimed {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// Which.
+        /// Name of the joint.
         joint: String,
-        /// By whom.
+        /// Holder of the claim.
         holder: String,
     },
-    /// No such claim.
+    /// The claim does not exist.
     #[error("there is no such claim: it was released, it lapsed, or another took over")]
     ClaimNotFound,
-    /// No such constraint.
+    /// The constraint does not exist.
     #[error("there is no constraint {constraint:?} in this world; {}", list_known("constraints", .known))]
     ConstraintNotFound {
-        /// What was asked for.
+        /// Requested name.
         constraint: String,
-        /// What there is.
+        /// Known names.
         known: Vec<String>,
     },
     /// The name is taken.
     #[error("there is a constraint {constraint:?} already; choose another name, change it, or delete it")]
     ConstraintExists {
-        /// The name.
+        /// Name.
         constraint: String,
     },
     /// The robot has no such sensor.
     #[error("robot {robot:?} has no sensor {sensor:?}; {}", list_known("its sensors", .known))]
     SensorNotFound {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// What was asked for.
+        /// Requested name.
         sensor: String,
-        /// What there is.
+        /// Known names.
         known: Vec<String>,
     },
     /// The name is taken.
     #[error("robot {robot:?} has a sensor {sensor:?} already; choose another name, or delete it")]
     SensorExists {
-        /// Whose.
+        /// Name of the robot.
         robot: String,
-        /// The name.
+        /// Name.
         sensor: String,
     },
-    /// No such kept state.
+    /// The saved state does not exist.
     #[error("there is no saved state {name:?}; {}", list_known("saved states", .known))]
     SavedStateNotFound {
-        /// What was asked for.
+        /// Requested name.
         name: String,
-        /// What there is.
+        /// Known names.
         known: Vec<String>,
     },
-    /// A limit of the world.
+    /// A limit of the world is exceeded.
     #[error("{what} would be {value}, and the limit is {limit}")]
     LimitExceeded {
-        /// What is counted.
+        /// Quantity that is limited.
         what: String,
-        /// What it would be.
+        /// Value that it would have.
         value: u64,
-        /// What it may be.
+        /// Maximum value.
         limit: u64,
     },
 }
 
 impl Error {
-    /// The same, with the field that has the name which was not found.
+    /// Adds the field whose name was not found.
     pub(crate) fn in_field(self, field: impl Into<String>) -> Self {
         Self::InField { field: field.into(), error: Box::new(self) }
     }
 
-    /// The same, where the field that is named is one of `parent`.
+    /// Prefixes the named field with `parent`.
     pub(super) fn within(self, parent: impl FnOnce() -> String) -> Self {
         match self {
             Self::InvalidValue { element, of, value, expected } => {
@@ -206,7 +206,7 @@ impl Error {
         }
     }
 
-    /// The same, with what the field belongs to, for people.
+    /// Adds the owner of the field, for people.
     pub(super) fn of(self, whose: impl FnOnce() -> String) -> Self {
         match self {
             Self::InvalidValue { element, of: _, value, expected } => {
@@ -217,7 +217,7 @@ impl Error {
     }
 }
 
-/// "its joints are a, b and 3 more", or that there are none.
+/// Returns "its joints are a, b and 3 more", or that there are none.
 pub fn list_known(what: &str, names: &[String]) -> String {
     const SHOWN: usize = 8;
     if names.is_empty() {

@@ -1,128 +1,130 @@
-//! What happened in a world, for those who watch it.
+//! Events of a world, for watchers.
 
 use super::command::{ReleaseCause, ResetScope};
 use super::moment::Moment;
 use super::settings::PhysicsSettings;
 use super::trajectory::TrajectoryEnd;
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// When.
+    /// Moment of the event.
     pub at: Moment,
-    /// What.
+    /// Type of event.
     pub kind: EventKind,
 }
 
-/// What happened.
+/// Type of event.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EventKind {
-    /// A robot came.
+    /// A robot was added.
     EntitySpawned {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
     },
-    /// A robot went.
+    /// A robot was deleted.
     EntityDeleted {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
     },
     /// A robot has a new model.
     EntityReloaded {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
-        /// Its new layout version.
+        /// New layout version.
         layout_version: u64,
     },
-    /// A robot's state was not finite; it is out of the simulation.
+    /// A robot's state was not finite, and the robot was disabled.
     EntityDisabled {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
-        /// Why, as a sentence.
+        /// Reason, as a sentence.
         reason: String,
     },
-    /// The world was put back.
+    /// The world was reset.
     Reset(ResetScope),
     /// Gravity, time step, substeps, integrator or the combination of surfaces changed.
     PhysicsChanged(PhysicsSettings),
-    /// Robots, joints or the world were taken for one client.
+    /// A client claimed robots, joints or the world.
     JointsClaimed {
-        /// Who claims.
+        /// Holder of the claim.
         holder: String,
-        /// What.
+        /// Claimed objects.
         claimed: Claimed,
     },
-    /// They were given back.
+    /// A claim ended.
     JointsReleased {
-        /// Who claimed.
+        /// Holder of the claim.
         holder: String,
-        /// What.
+        /// Released objects.
         released: Claimed,
-        /// Why.
+        /// Reason for the end.
         cause: ReleaseCause,
     },
-    /// A constraint came.
+    /// A constraint was created.
     ConstraintCreated {
-        /// Its name.
+        /// Name of the constraint.
         constraint: String,
     },
-    /// A constraint went.
+    /// A constraint was deleted.
     ConstraintDeleted {
-        /// Its name.
+        /// Name of the constraint.
         constraint: String,
-        /// Why.
+        /// Reason for the deletion.
         cause: ConstraintDeletion,
     },
-    /// A client put a sensor on a robot. Those of a description come with their robot.
+    /// A client added a sensor to a robot. Sensors of a description come with their robot, without this
+    /// event.
     SensorCreated {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
-        /// Its name.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// A client took a sensor off a robot, or the robot's new model has no place for one of a client. Others go with their robot.
+    /// A client deleted a sensor, or the robot's new model has no place for a client's sensor. Other sensors
+    /// are deleted with their robot, without this event.
     SensorDeleted {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
-        /// Its name.
+        /// Name of the sensor.
         sensor: String,
     },
-    /// A trajectory is over.
+    /// A trajectory ended.
     TrajectoryEnded {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
-        /// Which, as it was called when it was accepted.
+        /// Identifier of the trajectory.
         id: u64,
-        /// How.
+        /// Kind of end.
         end: TrajectoryEnd,
     },
-    /// The world was put back to a kept state.
+    /// A saved state was restored.
     StateRestored {
-        /// Its name.
+        /// Name of the saved state.
         name: String,
     },
 }
 
-/// Why a constraint went.
+/// Reason for the deletion of a constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConstraintDeletion {
-    /// It was asked for.
+    /// A client requested it.
     Asked,
-    /// It needed more than its maximal force or torque.
+    /// It needed more than its maximum force or torque.
     Broke,
-    /// One of its robots went.
+    /// One of its robots was deleted.
     RobotDeleted,
-    /// The new model of one of its robots has no such link, or no such joint.
+    /// The new model of one of its robots has no such link or joint.
     LinkGone,
 }
 
-/// What a claim is on.
+/// Objects of a claim.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Claimed {
-    /// Whole robots.
+    /// Names of whole robots.
     pub robots: Vec<String>,
-    /// `robot/joint` each, those of whole robots too.
+    /// Joints as `robot/joint`, including those of whole robots.
     pub joints: Vec<String>,
-    /// The world.
+    /// Whether the world is included.
     pub world: bool,
 }

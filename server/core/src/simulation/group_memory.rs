@@ -1,4 +1,4 @@
-//! The memory of those who solve groups of robots, and for which robots they have lanes.
+//! Memory for solving groups of robots, and the choice of robots that step in lanes.
 
 #[expect(clippy::disallowed_types, reason = "it is tried and never waited for")]
 use std::sync::Mutex;
@@ -9,28 +9,29 @@ use crate::dynamics::Tree;
 use crate::dynamics::island::Island;
 use crate::dynamics::lanes::{Crowd, crowd};
 
-/// So many robots of a tree have lanes made for them where they come one after the other; fewer step by themselves.
+/// Minimum number of consecutive robots of a tree for which lanes are made; fewer step alone.
 pub(super) const LEAST: usize = 4;
 
-/// Lanes that are of less use than others would be are kept for so many parts of steps: to make some takes memory.
+/// Number of parts of steps for which less useful lanes are kept: making others allocates.
 const KEPT_FOR: u32 = 1000;
 
-/// Memory for all who solve groups at the same time: each thread has its own. What is found does not depend on which it is.
+/// Memory for groups that are solved at the same time: each thread has its own. Results do not depend on
+/// which one is used.
 #[derive(Debug, Default)]
 #[expect(clippy::disallowed_types, reason = "it is tried and never waited for")]
 pub(super) struct GroupMemories(Vec<Mutex<GroupMemory>>);
 
 impl GroupMemories {
-    /// Has memory for so many at a time.
+    /// Ensures memory for `count` pieces of work at a time.
     pub(super) fn prepare(&mut self, count: usize) {
         if self.0.len() < count {
             self.0.resize_with(count, Default::default);
         }
     }
 
-    /// Has work done with memory that is free, of a thread as far as it can be: first what has lanes for a tree or none yet, then any.
-    /// There is as much as there are pieces of work at a time; one that all the same finds none has some for once, of which
-    /// nothing is measured.
+    /// Runs work with free memory, preferably the thread's: first memory with lanes for the tree or without
+    /// lanes, then any. There is as much memory as pieces of work at a time. If none is free after all,
+    /// temporary memory is used, of which nothing is measured.
     pub(super) fn lend<T>(
         &self,
         thread: usize,
@@ -54,24 +55,24 @@ impl GroupMemories {
         }
     }
 
-    /// All of them, between parts of steps.
+    /// Returns all memories, between parts of steps.
     pub(super) fn all(&mut self) -> impl Iterator<Item = &mut GroupMemory> {
         self.0.iter_mut().map(|memory| memory.get_mut().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// The memory of one who solves groups.
+/// Memory for solving groups on one thread.
 #[derive(Debug, Default)]
 pub(super) struct GroupMemory {
     pub(super) island: Island,
     lanes: Option<TreeLanes>,
-    /// How many robots were in them in this part.
+    /// Number of robots in lanes in this part.
     pub(super) at_once: usize,
-    /// How many robots of a tree came last, one after the other.
+    /// Current run of consecutive robots of a tree.
     run: Run,
-    /// The most that did in this part.
+    /// Longest such run in this part.
     longest: Run,
-    /// For so many parts others would have been of more use.
+    /// Number of parts for which other lanes would have been more useful.
     useless_for: u32,
 }
 
@@ -79,7 +80,7 @@ pub(super) struct GroupMemory {
 #[derive(Debug)]
 struct TreeLanes {
     tree: Arc<Tree>,
-    /// `None` where robots of it are none of lanes.
+    /// Lanes; `None` if lanes cannot take robots of this tree.
     crowd: Option<Box<dyn Crowd>>,
 }
 
@@ -90,29 +91,29 @@ struct Run {
 }
 
 impl Run {
-    /// Whether it is of a tree.
+    /// Returns whether it belongs to a tree.
     fn is_of(&self, tree: &Arc<Tree>) -> bool {
         self.tree.as_ref().is_some_and(|known| Arc::ptr_eq(known, tree))
     }
 }
 
 impl GroupMemory {
-    /// The lanes that there are.
+    /// Returns the present lanes.
     pub(super) fn lanes(&mut self) -> Option<&mut (dyn Crowd + 'static)> {
         self.lanes.as_mut()?.crowd.as_deref_mut()
     }
 
-    /// Whether it has lanes for a tree, or could have.
+    /// Returns whether it has lanes for a tree, or could have.
     fn suits(&self, tree: *const Tree) -> bool {
         self.lanes.as_ref().is_none_or(|known| std::ptr::eq(Arc::as_ptr(&known.tree), tree))
     }
 
-    /// The robots of another piece of work do not come after those of the one before.
+    /// Starts another piece of work, whose robots do not continue the previous run.
     pub(super) fn begin_piece(&mut self) {
         self.run.robots = 0;
     }
 
-    /// Notes a robot that could step with others of its tree.
+    /// Counts a robot that could step with others of its tree.
     fn see(&mut self, tree: &Arc<Tree>) {
         if !self.run.is_of(tree) {
             self.run = Run { tree: Some(Arc::clone(tree)), robots: 0 };
@@ -126,7 +127,7 @@ impl GroupMemory {
         }
     }
 
-    /// Makes lanes where there are none, or have been of less use than others for long.
+    /// Makes lanes if there are none, or if the present ones have been less useful than others for long.
     pub(super) fn end_part(&mut self) {
         if self.longest.robots >= LEAST
             && let Some(tree) = &self.longest.tree
@@ -142,7 +143,7 @@ impl GroupMemory {
         self.longest.robots = 0;
     }
 
-    /// Whether a robot can wait for others to step with.
+    /// Returns whether a robot can wait for others to step with.
     pub(super) fn takes(&mut self, group: &mut Group<'_, '_>) -> bool {
         let Some((index, robot, contacts)) = group.alone().filter(|(_, robot, _)| robot.is_awake()) else {
             return false;

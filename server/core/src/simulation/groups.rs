@@ -1,5 +1,5 @@
-//! Groups of robots that touch or are constrained to each other: a step can solve each on its own, at the same time as
-//! others.
+//! Groups of robots that touch or are constrained to each other: a step solves each group independently,
+//! several at the same time.
 
 mod joined;
 mod unsound;
@@ -18,53 +18,55 @@ use crate::dynamics::island::ActiveConstraint;
 use crate::dynamics::{Articulation, Tree};
 use crate::pool::Pool;
 
-/// Linear speed below which a body may sleep, as a part of what gravity gives it in a second: forces that balance leave less.
+/// Linear speed below which a body may sleep, as a part of the speed that gravity adds in a second: forces
+/// that balance leave less.
 const STILL_LINEAR: f64 = 1e-7;
 
-/// The least such bound, m/s, for worlds without gravity.
+/// Minimum of that bound, m/s, for worlds without gravity.
 const WEIGHTLESS: f64 = 1e-9;
 
-/// Angular speed below which a body may sleep, 1/m: its linear bound times this.
+/// Ratio of the angular to the linear speed below which a body may sleep, 1/m.
 const STILL_ANGULAR: f64 = 10.0;
 
-/// Seconds for which a body is that slow before it sleeps.
+/// Time for which a body must be that slow before it sleeps, seconds.
 const STILL_FOR: f64 = 1.0;
 
-/// Threads are worth waking for groups of this size, by [`Groups::are_worth_threads`].
+/// Size of groups for which waking threads pays off, by [`Groups::are_worth_threads`].
 const WORTH_THREADS: usize = 500;
 
-/// Robots that step at once, at the most.
+/// Maximum number of robots that step at once.
 pub(super) const AT_ONCE: usize = 8;
 
-/// Rows of a contact, and about as many of a constraint.
+/// Number of rows of a contact, and about of a constraint.
 const ROWS: usize = 3;
 
-/// Robots that move, in groups that touch each other or are constrained; kept from step to step for its memory.
+/// Movable robots in groups that touch or are constrained; its memory is reused from step to step.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
     joined: Joined,
     /// Robots by group, then index.
     members: Vec<usize>,
-    /// Of each contact its group's first robot, and its index; in order. Contacts are large: they are sorted by these.
+    /// First robot of each contact's group, and the contact's index; in order. Contacts are large, so these
+    /// are sorted in their place.
     order: Vec<(usize, usize)>,
     /// Ends of each group among robots, contacts and constraints.
     ends: Vec<Ends>,
-    /// Empty but in a step.
+    /// Robots; empty except in a step.
     robots: Vec<Member<'static>>,
     contacts: Vec<&'static mut Contact>,
-    /// Contacts that are to be put in their groups' order; empty but where that is done.
+    /// Contacts to be sorted by group; empty except during sorting.
     unsorted: Vec<Option<&'static mut Contact>>,
     links: Vec<ActiveConstraint<'static>>,
-    /// The size of all groups that are awake but the largest: degrees of freedom, and rows.
+    /// Size of all awake groups except the largest: degrees of freedom, and rows.
     beside_largest: usize,
-    /// How many robots were solved several at once in the last part of a step.
+    /// Number of robots that were solved several at once in the last part of a step.
     at_once: usize,
 }
 
-/// Where a group ends among robots, contacts and constraints.
+/// End of a group among robots, contacts and constraints.
 type Ends = [usize; 3];
 
-/// A robot of a group.
+/// Robot of a group.
 #[derive(Debug)]
 pub(super) struct Member<'a> {
     solved: Solved,
@@ -83,38 +85,38 @@ impl AsMut<Articulation> for Member<'_> {
     }
 }
 
-/// What moves and what acts on it, each group's after the other's.
+/// Movable robots and what acts on them, group by group.
 pub(super) struct Gathered<'a> {
     robots: Vec<Member<'a>>,
     contacts: Vec<&'a mut Contact>,
     links: Vec<ActiveConstraint<'a>>,
 }
 
-/// Groups that follow each other.
+/// Consecutive groups.
 pub(super) struct GroupRange<'b, 'a> {
     groups: Group<'b, 'a>,
     ends: &'b [Ends],
-    /// Where the first of them begins.
+    /// Start of the first group.
     begin: Ends,
-    /// Most robots were solved several at once in the last part of a step, and so are to be kept together.
+    /// Whether most robots were solved several at once in the last part of a step, and should stay together.
     are_at_once: bool,
 }
 
 /// Robots that are solved together.
 pub(super) struct Group<'b, 'a> {
-    /// In their order.
+    /// Robots in order.
     pub(super) robots: &'b mut [Member<'a>],
-    /// Their indices in the world.
+    /// Indices of the robots in the world.
     pub(super) indices: &'b [usize],
-    /// Those that can move one of them, in their order.
+    /// Contacts that can move one of them, in order.
     pub(super) contacts: &'b mut [&'a mut Contact],
-    /// The same of constraints between links.
+    /// Constraints between links that can move one of them, in order.
     pub(super) links: &'b mut [ActiveConstraint<'a>],
 }
 
 impl Groups {
-    /// Joins what touches or is constrained. What cannot move joins nothing. Contacts come in the order of their robots and
-    /// colliders, which is theirs within a group.
+    /// Groups robots that touch or are constrained. Immovable robots connect nothing. Contacts are in the
+    /// order of their robots and colliders, which they keep within a group.
     pub(super) fn gather<'a>(
         &mut self,
         robots: &'a mut [Entity],
@@ -147,7 +149,7 @@ impl Groups {
         }
         links.sort_unstable_by_key(|link| link.order);
         let mut touching: Vec<&'a mut Contact> = std::mem::take(&mut self.contacts);
-        // A step takes no memory where groups come out of order for the first time.
+        // So that a step does not allocate when groups come out of order for the first time.
         self.unsorted.reserve(contacts.len());
         if order.is_sorted() {
             touching.extend(contacts);
@@ -201,23 +203,23 @@ impl Groups {
         *beside_largest = sum - largest;
     }
 
-    /// Whether threads are worth waking for what was last gathered: what can be done beside the largest group takes
-    /// longer than that.
+    /// Returns whether waking threads pays off for the gathered groups: the work beside the largest group
+    /// must take longer than waking.
     pub(super) fn are_worth_threads(&self) -> bool {
         self.beside_largest >= WORTH_THREADS
     }
 
-    /// Notes how many of the robots were solved several at once.
+    /// Stores the number of robots that were solved several at once.
     pub(super) fn note_at_once(&mut self, count: usize) {
         self.at_once = count;
     }
 
-    /// How many that were.
+    /// Returns the number of robots that were solved several at once.
     pub(super) fn at_once(&self) -> usize {
         self.at_once
     }
 
-    /// What was gathered, to be solved.
+    /// Returns all gathered groups, to be solved.
     pub(super) fn all<'b, 'a>(&'b self, gathered: &'b mut Gathered<'a>) -> GroupRange<'b, 'a> {
         let Gathered { robots, contacts, links } = gathered;
         let groups = Group { robots, indices: &self.members, contacts, links };
@@ -225,25 +227,25 @@ impl Groups {
         GroupRange { groups, ends: &self.ends, begin: [0; 3], are_at_once }
     }
 
-    /// Ends the use of what was gathered, and keeps its memory.
+    /// Ends the use of the gathered groups, and keeps their memory.
     pub(super) fn put_back(&mut self, Gathered { robots, contacts, links }: Gathered<'_>) {
         (self.robots, self.contacts, self.links) = (emptied(robots), emptied(contacts), emptied(links));
     }
 }
 
-/// A list without items for items of another lifetime: std keeps the memory of a list that is collected into one of
-/// items of the same layout.
+/// Returns an empty list for items of another lifetime. std keeps the memory of a list that is collected into
+/// one of items of the same layout.
 fn emptied<A, B>(mut list: Vec<A>) -> Vec<B> {
     list.clear();
     list.into_iter().filter_map(|_| None).collect()
 }
 
-/// The robot whose group a contact belongs to: of one with what cannot move, the side that can.
+/// Returns the robot whose group a contact belongs to: for a contact with an immovable one, the movable side.
 fn moved_by(contact: &Contact) -> usize {
     contact.robots[usize::from(contact.point.bodies[0].is_none())]
 }
 
-/// Where the frame of an end is that no step moves; of others it means nothing.
+/// Returns the frame of an end that no step moves; undefined for others.
 fn fixed_pose(robots: &[Entity], ConstraintEnd { link, frame }: ConstraintEnd) -> DPose3 {
     let Some((robot, link)) = link else { return frame };
     let body = &robots[robot].body;
@@ -251,12 +253,13 @@ fn fixed_pose(robots: &[Entity], ConstraintEnd { link, frame }: ConstraintEnd) -
 }
 
 impl<'a> Group<'_, 'a> {
-    /// Its robots, in their order.
+    /// Returns its robots in order.
     pub(super) fn members(&mut self) -> impl Iterator<Item = &mut Entity> {
         self.robots.iter_mut().map(|member| &mut *member.robot)
     }
 
-    /// Its robot, the index of that in the world and what it touches, where it is the only one that moves and no constraint holds it.
+    /// Returns its robot with its index in the world and its contacts, if it is the only movable one and no
+    /// constraint holds it.
     pub(super) fn alone(&mut self) -> Option<(usize, &mut Entity, &mut [&'a mut Contact])> {
         match (&mut *self.robots, self.links.is_empty()) {
             ([Member { solved, robot }], true) => Some((solved.index, robot, self.contacts)),
@@ -264,8 +267,8 @@ impl<'a> Group<'_, 'a> {
         }
     }
 
-    /// Wakes all if one is awake; false where all sleep. Of the present step `done`, 0 to 1, is over: what slept until now was
-    /// pushed for so long as it was pushed before.
+    /// Wakes all robots if one is awake. Returns false if all sleep. The part `done` of the present step, 0
+    /// to 1, is over: robots that slept until now were pushed during it as before.
     pub(super) fn wake(&mut self, done: f64) -> bool {
         if self.robots.iter().all(|member| member.robot.is_awake()) {
             return true;
@@ -295,9 +298,9 @@ impl<'a> Group<'_, 'a> {
         true
     }
 
-    /// Counts for how long each member has been still, and puts the group to sleep when all
-    /// have for long enough and the step `ends`: impulses of a step are summed over all of its parts. Only
-    /// single free bodies that lie or hang on something sleep.
+    /// Counts the time for which each member has been still. Puts the group to sleep when all have been long
+    /// enough and the step `ends`: impulses are summed over all parts of a step. Only single free bodies that
+    /// lie or hang on something sleep.
     pub(super) fn rest(&mut self, h: f64, ends: bool, gravity: f64) {
         let mut all = ends && !(self.contacts.is_empty() && self.links.is_empty());
         for Member { robot, .. } in &mut *self.robots {
@@ -311,7 +314,7 @@ impl<'a> Group<'_, 'a> {
     }
 }
 
-/// Whether neither its velocities move it, nor what constraints put right in its position alone.
+/// Returns whether neither its velocities nor position corrections by constraints move it.
 fn is_still(robot: &Entity, gravity: f64) -> bool {
     let most = (STILL_LINEAR * gravity * STILL_FOR).max(WEIGHTLESS);
     let square = |velocities: &[f64]| velocities.iter().map(|velocity| velocity * velocity).sum::<f64>();
@@ -335,8 +338,8 @@ impl<'b, 'a> Iterator for GroupRange<'b, 'a> {
 }
 
 impl<'b, 'a> GroupRange<'b, 'a> {
-    /// Has groups solved by `solve`; on a pool, where there is one, in so many pieces. False where `solve` says so of one of them:
-    /// then others may not be solved.
+    /// Solves groups with `solve`, on a pool in `pieces` pieces. Returns false if `solve` does for one of
+    /// them; others may then be unsolved.
     pub(super) fn for_each(
         mut self,
         (pool, pieces): (Option<&dyn Pool>, usize),
@@ -357,13 +360,13 @@ impl<'b, 'a> GroupRange<'b, 'a> {
         solve(self)
     }
 
-    /// Which tree the first robot is of.
+    /// Returns the tree of the first robot.
     pub(super) fn tree(&self) -> Option<*const Tree> {
         self.groups.robots.first().map(|member| Arc::as_ptr(member.robot.body.tree()))
     }
 
-    /// After so many groups about half of the work is done; 0 where it cannot be divided. Where each group is one robot that is solved
-    /// with others, as many stay together.
+    /// Returns the number of groups that make up about half of the work; 0 if it cannot be divided. If each
+    /// group is one robot that is solved with others, as many stay together.
     fn middle(&self) -> usize {
         let size = |ends: &Ends| ends[0] + ends[1] + ends[2];
         let (begin, end) = (size(&self.begin), self.ends.last().map_or(0, size));
@@ -376,7 +379,7 @@ impl<'b, 'a> GroupRange<'b, 'a> {
         middle.max(1).min(last)
     }
 
-    /// Keeps so many groups, and gives the others.
+    /// Keeps `count` groups, and returns the others.
     fn split_off(&mut self, count: usize) -> Self {
         let (kept, others) = self.ends.split_at(count);
         let end = kept.last().copied().unwrap_or(self.begin);
@@ -394,7 +397,7 @@ impl<'b, 'a> GroupRange<'b, 'a> {
     }
 }
 
-/// Keeps so many items, and gives the others.
+/// Keeps `count` items, and returns the others.
 fn cut<'b, T>(items: &mut &'b mut [T], count: usize) -> &'b mut [T] {
     let (kept, others) = std::mem::take(items).split_at_mut(count);
     *items = kept;

@@ -1,21 +1,21 @@
-//! What holds for the joints of a robot, found from a published state alone.
+//! Status of a robot's joints, from a published state alone.
 
 use super::published_state::{Mode, PublishedState};
 use super::robot_settings::JointSettings;
 
-/// What holds for a joint: its settings, and what its actuator does.
+/// Status of a joint: its settings, and the mode of its actuator.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointStatus {
-    /// What its actuator does; of a planar joint's three axes that of the first.
+    /// Mode of its actuator; for a planar joint of its first axis.
     pub mode: Mode,
     /// Stiffness and damping in force.
     pub gains: (f64, f64),
-    /// Set by commands.
+    /// Settings by commands.
     pub settings: JointSettings,
 }
 
 impl PublishedState {
-    /// What holds for the joints of the robot at this index, in the model's order.
+    /// Returns the status of the joints of the robot at this index, in the model's order.
     pub fn joint_status(&self, robot: usize) -> Option<Vec<JointStatus>> {
         let entity = self.world.entities.get(robot)?;
         let modes = self.modes.get(entity.velocities.clone())?;

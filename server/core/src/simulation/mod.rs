@@ -1,18 +1,19 @@
-//! The world: commands that change it, the step, what it looks like.
+//! The world: commands that change it, the step, its published state.
 //!
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
-//! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `pull`, `claim`, [`target_sources`], [`trajectory`]: small types.
-//! * `check`: which numbers can be. [`sensors`]: what sensors are, their samples and their noise.
+//! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `pull`, `claim`, [`target_sources`],
+//!   [`trajectory`]: small types.
+//! * `check`: validation of numbers. [`sensors`]: definitions of sensors, their samples and their noise.
 //! * [`world_state`]: the state as plain data.
-//! * `entity`: one robot. `constraints`, `sleep`, `groups`, `group_memory`, `contacts`: what it is constrained to, whether it rests, what is solved with it, and
-//!   what it touches.
-//! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
-//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], [`spawn_overlaps`], [`terrain_penetration`], `reactions`, [`measure`]: what follows from that alone, on any
-//!   thread.
-//! * [`command`], [`event`]: what can be asked of it, and what happens.
+//! * `entity`: one robot. `constraints`, `sleep`, `groups`, `group_memory`, `contacts`: its constraints, its
+//!   sleep, its group and its contacts.
+//! * [`saved`]: saved states. [`robot_settings`]: settings by commands.
+//! * [`published_state`]: the published state; [`joint_status`], [`rays`], [`queries`], [`spawn_overlaps`],
+//!   [`terrain_penetration`], `reactions`, [`measure`]: what follows from it alone, on any thread.
+//! * [`command`], [`event`]: commands, and events.
 //! * [`Simulation`]: the world.
-//! * `operations`: what can be done with it.
+//! * `operations`: operations on the world.
 
 pub(crate) mod check;
 mod claim;
@@ -82,47 +83,47 @@ pub struct Simulation {
     settings: PhysicsSettings,
     limits: WorldLimits,
     now: Moment,
-    /// Where sim time is counted from: the step and the time at which the time step last changed.
+    /// Origin of sim time: step and time at which the time step last changed.
     time_base: (u64, f64),
-    /// In the order of their spawning.
+    /// Robots in the order of their spawning.
     entities: Vec<Entity>,
-    /// As the last step had them.
+    /// Contacts of the last step.
     contacts: Contacts,
     constraints: LinkConstraints,
     step_memory: StepMemory,
     pool: Option<Arc<dyn Pool>>,
     claims: BTreeMap<ClaimId, Arc<Claim>>,
-    /// Whose the world is, beside its robots and joints.
+    /// Claim of the world, beside those of its robots and joints.
     world_claim: Option<Arc<Claim>>,
-    /// Oldest first. Shared with what is published.
+    /// Saved states, oldest first. Shared with what is published.
     saved: Arc<Vec<NamedSavedState>>,
-    /// One a robot. Shared with what is published.
+    /// Settings of each robot. Shared with what is published.
     robot_settings: Arc<Vec<Arc<RobotSettings>>>,
-    /// One a robot. Shared with what is published.
+    /// Target sources of each robot. Shared with what is published.
     target_sources: Arc<Vec<RobotTargetSources>>,
-    /// What is published of sensors, and the samples of the last step.
+    /// Published data of sensors, and the samples of the last step.
     sensors: WorldSensors,
-    /// Of the next robot or model.
+    /// Version of the next robot or model.
     next_version: u64,
     layout: Arc<WorldLayout>,
     events: Vec<Event>,
 }
 
-/// The memory of a step, kept for the next one.
+/// Memory of a step, reused by the next one.
 #[derive(Debug, Default)]
 struct StepMemory {
-    /// One for each piece of work that may be done at one time.
+    /// Memories, one for each piece of work at a time.
     solvers: GroupMemories,
     groups: Groups,
     busy: Busy,
 }
 
-/// What the world's owner allows.
+/// Limits set by the world's owner.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldLimits {
-    /// Robots at one time.
+    /// Maximum number of robots at one time.
     pub robots: usize,
-    /// Kept states.
+    /// Maximum number of saved states.
     pub saved_states: usize,
 }
 
@@ -133,7 +134,7 @@ impl Default for WorldLimits {
 }
 
 impl Simulation {
-    /// An empty world.
+    /// Creates an empty world.
     pub fn new(settings: PhysicsSettings, limits: WorldLimits) -> Self {
         Self {
             settings,
@@ -160,16 +161,16 @@ impl Simulation {
     /// Applies a command whose sender holds no claim: see [`Simulation::apply_for`].
     ///
     /// # Errors
-    /// Those of [`Simulation::apply_for`].
+    /// As [`Simulation::apply_for`].
     pub fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
         self.apply_for(command, None)
     }
 
-    /// Applies a command: whole or, where it is refused, not at all. The next step
-    /// is the first that it has an effect on.
+    /// Applies a command: whole or, if it is refused, not at all. It takes effect in the next step.
     ///
     /// # Errors
-    /// Returns an error if the command cannot be done, what it changes is claimed by another client, or there is no such claim.
+    /// Returns an error if the command cannot be done, what it changes is claimed by another client, or there
+    /// is no such claim.
     pub fn apply_for(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error> {
         self.allow(command, claim)?;
         if !self.leaves_what_is_fixed(command) {
@@ -207,8 +208,8 @@ impl Simulation {
         Ok(Applied { at: self.now, reply })
     }
 
-    /// Whether a command changes nothing of what cannot move, nor of other robots what [`Busy`] has in its lists, and puts none
-    /// elsewhere.
+    /// Returns whether a command changes no immovable robot, no robot in the lists of [`Busy`], and no
+    /// robot's pose.
     fn leaves_what_is_fixed(&self, command: &Command) -> bool {
         match command {
             Command::SetTargets(_)
@@ -228,13 +229,13 @@ impl Simulation {
         }
     }
 
-    /// The moment that the world is at.
+    /// Returns the present moment of the world.
     pub fn now(&self) -> Moment {
         self.now
     }
 
-    /// A number that is equal where the state is equal to the bit, for comparing runs of one build on one
-    /// machine. It reads what a save copies.
+    /// Returns a fingerprint. It is equal if the state is equal to the bit, for comparing runs of one build
+    /// on one machine. It reads what a save copies.
     pub fn fingerprint(&self) -> u64 {
         let Moment { epoch: _, step, sim_time } = self.now;
         let mut bytes = encoded(&(step, sim_time, self.time_base, self.settings));
@@ -249,22 +250,22 @@ impl Simulation {
         hash(&bytes)
     }
 
-    /// The settings in force.
+    /// Returns the settings in force.
     pub fn settings(&self) -> &PhysicsSettings {
         &self.settings
     }
 
-    /// The robots that there are, and where their values lie in a published state.
+    /// Returns the robots, and the location of their values in a published state.
     pub fn layout(&self) -> &Arc<WorldLayout> {
         &self.layout
     }
 
-    /// Takes what happened since the last call.
+    /// Returns and clears the events since the last call.
     pub fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
     }
 
-    /// Where the colliders of a robot are, in the order of its shapes: where its links are now.
+    /// Returns the poses of a robot's colliders at its present pose, in the order of its shapes.
     ///
     /// # Errors
     /// Returns an error if there is no such robot.
@@ -272,18 +273,18 @@ impl Simulation {
         Ok(self.entities[self.robot_index(robot)?].placed_colliders().poses())
     }
 
-    /// How many colliders there are.
+    /// Returns the number of colliders.
     pub fn collider_count(&self) -> usize {
         self.entities.iter().map(|entity| entity.colliders.len()).sum()
     }
 
-    /// Pairs of colliders whose bounds were compared in the last part of a step: what the work of finding contacts
-    /// grows with.
+    /// Returns the number of pairs of colliders whose bounds were compared in the last part of a step. The
+    /// cost of finding contacts grows with it.
     pub fn compared_colliders(&self) -> u64 {
         self.contacts.compared()
     }
 
-    /// The index of a robot.
+    /// Returns the index of a robot.
     fn robot_index(&self, robot: &str) -> Result<usize, Error> {
         self.layout.index_of(robot).ok_or_else(|| Error::RobotNotFound {
             robot: robot.to_owned(),
@@ -291,7 +292,7 @@ impl Simulation {
         })
     }
 
-    /// Wakes what a robot touches or is constrained to, and what that touches, and itself.
+    /// Wakes a robot, the robots that it touches or is constrained to, and those that they touch.
     fn wake_around(&mut self, robot_index: usize) {
         let (contacts, constraints) = (&self.contacts.list, &self.constraints.list);
         sleep::wake_around(&mut self.entities, contacts, constraints, robot_index);

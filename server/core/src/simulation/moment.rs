@@ -1,12 +1,12 @@
 //! Moments of a world.
 
-/// A moment of a world. Within an epoch, steps never fall.
+/// Moment of a world. Within an epoch, steps never decrease.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
-    /// Counts resets of time and restored states.
+    /// Number of resets of time and restored states.
     pub epoch: u64,
-    /// Steps since the epoch began.
+    /// Number of steps since the epoch began.
     pub step: u64,
-    /// Seconds since the epoch began.
+    /// Sim time since the epoch began, seconds.
     pub sim_time: f64,
 }

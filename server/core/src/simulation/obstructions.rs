@@ -1,4 +1,4 @@
-//! What keeps driven joints from their targets by touching, found from a published state alone.
+//! Contacts that keep driven joints from their targets, from a published state alone.
 
 use std::collections::BTreeMap;
 
@@ -7,37 +7,37 @@ use simd_model::robot::JointKind;
 
 use super::published_state::{ContactReport, EntityLayout, Mode, PublishedState};
 
-/// A link that keeps a driven joint from its target.
+/// Link that keeps a driven joint from its target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Obstruction {
-    /// Index of the joint in its robot's model.
+    /// Joint in its robot's model, by index.
     pub joint: usize,
-    /// Index of the link that is kept back, which the joint moves.
+    /// Obstructed link, which the joint moves, by index.
     pub link: usize,
-    /// Index of the robot that keeps it back, in [`WorldLayout::entities`](super::published_state::WorldLayout::entities). It may be
-    /// the same robot.
+    /// Obstructing robot, by index in
+    /// [`WorldLayout::entities`](super::published_state::WorldLayout::entities). It may be the same robot.
     pub by_robot: usize,
-    /// Index of that robot's link.
+    /// Link of that robot, by index.
     pub by_link: usize,
-    /// Effort of its contact forces at the joint, N m or N; against the actuator's.
+    /// Effort of the contact forces at the joint, N m or N; it opposes the actuator's.
     pub effort: f64,
 }
 
-/// A joint that is farther from its target position does not reach it: rad, m.
+/// Distance from the target position beyond which a joint does not reach it: rad, m.
 const POSITION_TOLERANCE: [f64; 2] = [0.02, 0.005];
 
-/// A joint on its way to a target position is kept back if it is slower: rad/s, m/s.
+/// Speed below which a joint on its way to a target position is obstructed: rad/s, m/s.
 const STILL: [f64; 2] = [0.02, 0.005];
 
-/// A joint does not reach a target velocity if it differs by more than this part of it.
+/// Relative difference from a target velocity beyond which a joint does not reach it.
 const VELOCITY_TOLERANCE: f64 = 0.1;
 
-/// Contact forces keep a joint back if their effort is at least this part of the actuator's.
+/// Smallest part of the actuator's effort at which contact forces obstruct a joint.
 const LEAST_SHARE: f64 = 0.25;
 
 impl PublishedState {
-    /// Returns the joints of the robot at this index that do not reach their targets since something touches them, each with the link
-    /// that pushes most against its actuator. Joints of one axis alone.
+    /// Returns the joints of the robot at this index that do not reach their targets because of contacts.
+    /// Each comes with the link that pushes most against its actuator. Only joints of one axis.
     pub fn obstructions(&self, robot: usize) -> Vec<Obstruction> {
         let Some(entity) = self.world.entities.get(robot) else { return Vec::new() };
         let joints = entity.model.joints.iter().enumerate();
@@ -63,7 +63,7 @@ impl PublishedState {
                 let moved = [0, 1].map(|side| {
                     contact.robots[side] == robot && is_below(model, contact.links[side], description.child)
                 });
-                // A force between two links that both move with the joint does nothing at it.
+                // A force between two links that both move with the joint does not act on it.
                 let (own, other, force) = match moved {
                     [true, false] => (0, 1, -contact.last_force),
                     [false, true] => (1, 0, contact.last_force),
@@ -85,7 +85,8 @@ impl PublishedState {
         late.iter().filter_map(obstruction).collect()
     }
 
-    /// Returns the effort of a joint's actuator if it pushes the joint towards a target that the joint does not come nearer to.
+    /// Returns the effort of a joint's actuator if it pushes the joint towards a target that the joint does
+    /// not approach.
     fn wanted_effort(&self, entity: &EntityLayout, joint: usize) -> Option<f64> {
         let kind = match entity.model.joints.get(joint)?.kind {
             JointKind::Revolute | JointKind::Continuous => 0,
@@ -113,14 +114,15 @@ impl PublishedState {
 }
 
 impl Obstruction {
-    /// Returns the name of the link that keeps the joint back, out of its robot's; empty if that robot has one link alone.
+    /// Returns the name of the obstructing link, from its robot's model; empty if that robot has only one
+    /// link.
     pub fn by_link_name(&self, by: &RobotModel) -> String {
         let link = by.links.get(self.by_link).filter(|_| by.links.len() > 1);
         link.map(|link| link.name.clone()).unwrap_or_default()
     }
 }
 
-/// Whether a link is another one or hangs on it.
+/// Returns whether a link is another one or belongs to its subtree.
 fn is_below(model: &RobotModel, link: usize, root: usize) -> bool {
     // Joint `i` ends at link `i + 1`, after its parent.
     let parent = |link: &usize| model.joints.get(link.checked_sub(1)?).map(|joint| joint.parent);

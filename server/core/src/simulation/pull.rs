@@ -6,61 +6,64 @@ use serde::{Deserialize, Serialize};
 use crate::plain::vector3;
 use crate::valid::{finite, sizes};
 
-/// Simulated seconds that a pull may last at the most after it was asked for.
+/// Maximum duration of a pull after its request, simulated seconds.
 pub const MAX_PULL_DURATION: f64 = 60.0;
-/// The same where nothing is said: a client that drags a link and goes away lets go.
+/// Default duration of a pull, simulated seconds: if a client that drags a link disappears, the link is let
+/// go.
 pub const DEFAULT_PULL_DURATION: f64 = 0.5;
-/// The largest stiffness, N/m, and the largest of maximal forces, N.
+/// Maximum stiffness, N/m, and maximum of the largest force, N.
 pub(super) const MAX_PULL: f64 = 1e12;
-/// Stiffness where nothing is said, for each kilogram of the link and of what it carries, 1/s^2: a metre accelerates with
+/// Default stiffness for each kilogram of the link and of its load, 1/s^2: at one metre it accelerates with
 /// about six times gravity.
 pub(super) const DEFAULT_PULL_STIFFNESS: f64 = 60.0;
-/// The largest force where nothing is said, for each of these kilograms, m/s^2.
+/// Default maximum force for each of these kilograms, m/s^2.
 pub(super) const DEFAULT_PULL_ACCELERATION: f64 = 60.0;
 
-/// What a step of h seconds can follow of a spring that acts on a mass m from its beginning on: h^2 k / m at the most.
+/// Stiffest spring, as h^2 k / m, that a step of h seconds can follow. It acts on a mass m from the start of
+/// the step.
 const STIFFEST: f64 = 0.25;
-/// The same of a damper: h c / m.
+/// Strongest damper, as h c / m, that a step can follow.
 const MOST_DAMPED: f64 = 0.5;
-/// Pulls on the links of one robot: whenever one comes, all of them share what a step can follow.
+/// Maximum number of pulls on the links of one robot. Each new pull divides what a step can follow among all
+/// of them.
 pub(super) const MOST_PULLS: usize = 8;
-/// The mobility along the pull is at least this part of the sum over all axes.
+/// Smallest mobility along the pull, as a part of the sum over all axes.
 const LEAST_MOBILITY: f64 = 1e-3;
 
-/// A spring with a critical damper between a point of a link and a point of the world.
+/// Spring with a critical damper between a point of a link and a point of the world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActivePull {
-    /// Index of the link, which no other pull of the robot is on.
+    /// Link, by index; no other pull of the robot is on it.
     pub link: usize,
-    /// In the link's frame, metres.
+    /// Point in the link's frame, metres.
     #[serde(with = "vector3")]
     pub point: DVec3,
-    /// World, metres.
+    /// Target, world, metres.
     #[serde(with = "vector3")]
     pub target: DVec3,
-    /// N/m.
+    /// Stiffness, N/m.
     pub stiffness: f64,
-    /// N s/m.
+    /// Damping, N s/m.
     pub damping: f64,
-    /// N.
+    /// Maximum force, N.
     pub max_force: f64,
-    /// Simulated seconds that it still lasts.
+    /// Remaining simulated seconds.
     pub remaining: f64,
-    /// What it applied at the point in the last part of a step, N, world.
+    /// Force on the point in the last part of a step, N, world.
     #[serde(with = "vector3")]
     pub force: DVec3,
 }
 
 impl ActivePull {
-    /// The force on the point where it is here and moves like this, N; metres, metres per second, all world.
+    /// Returns the force on the point at this position and velocity, N; metres, metres per second, all world.
     pub fn force_at(&self, point: DVec3, velocity: DVec3) -> DVec3 {
         let force = (self.target - point) * self.stiffness - velocity * self.damping;
-        // What is too far away to be computed with is not pulled.
+        // A point that is too far away for computation is not pulled.
         if force.length_squared().is_finite() { force.clamp_length_max(self.max_force) } else { DVec3::ZERO }
     }
 
-    /// Makes it no stiffer than steps of `h` seconds can follow, with as many pulls on this robot as there are, where its point
-    /// moves as `mobility` says.
+    /// Softens it to the stiffness that steps of `h` seconds can follow. This depends on the number of pulls
+    /// on this robot and on the mobility of its point.
     pub(super) fn soften(&mut self, mobility: &DMat3, h: f64, pulls: usize) {
         let sum = trace(mobility);
         if sum.is_finite() && sum > 0.0 {
@@ -71,7 +74,7 @@ impl ActivePull {
         }
     }
 
-    /// What is wrong with one of a file, for a robot of so many links.
+    /// Checks a pull from a file, for a robot with this number of links.
     pub(super) fn check(&self, links: usize) -> Result<(), String> {
         let Self { link, point, target, stiffness, damping, max_force, remaining, force } = self;
         if *link >= links {
@@ -85,9 +88,10 @@ impl ActivePull {
     }
 }
 
-/// Stiffness and damping of a pull with this stiffness towards a point that is `way` metres away, for a point that moves as
-/// `mobility` says (m/s for N s). The damper is critical for the mass that the pull moves: where it would go,
-/// 1 / (u' mobility u) kg. Both are no larger than steps of `h` seconds can follow. `None` where the point cannot move.
+/// Returns stiffness and damping of a pull with this stiffness towards a point that is `way` metres away.
+/// `mobility` is the pulled point's, m/s for N s. The damper is critical for the mass that the pull moves in
+/// its direction, 1 / (u' mobility u) kg. Both are limited to what steps of `h` seconds can follow. Returns
+/// `None` if the point cannot move.
 pub(super) fn spring(stiffness: f64, way: DVec3, mobility: &DMat3, h: f64) -> Option<(f64, f64)> {
     let sum = trace(mobility);
     if !(sum.is_finite() && sum > 0.0) {
@@ -121,7 +125,7 @@ mod tests {
         let (stiffness, damping) = spring(50.0, DVec3::Y, &mobility([0.5; 3]), 1e-3).unwrap();
         assert_eq!(stiffness, 50.0);
         assert!((damping - 20.0).abs() < 1e-12, "{damping}");
-        // What moves along x alone is as heavy as that, wherever the target is.
+        // A point that moves only along x has that mass, wherever the target is.
         let hinge = mobility([0.25, 0.0, 0.0]);
         let (_, damping) = spring(25.0, DVec3::new(0.1, 0.0, 5.0), &hinge, 1e-3).unwrap();
         assert!((damping - 20.0).abs() < 1e-12, "{damping}");

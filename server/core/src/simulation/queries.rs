@@ -1,4 +1,4 @@
-//! Distances, overlaps, bounds and casts of shapes, found from a published state alone.
+//! Distances, overlaps, bounds and casts of shapes, from a published state alone.
 
 use std::borrow::Cow;
 
@@ -14,32 +14,32 @@ use crate::collision::filter::{Filter, is_joined};
 use crate::collision::scene::{NO_ROBOT, PlacedShape, QueryShape, Scene, link_bounds, posed_shapes};
 use crate::dynamics::Configuration;
 
-/// Bytes of a distance without its names: ten numbers, and what is around them.
+/// Size of a distance in a message without its names, bytes: ten numbers, and their encoding.
 const DISTANCE_BYTES: usize = 120;
 
-/// Bytes of a box around a link without its names: six numbers, and what is around them.
+/// Size of a link's box in a message without its names, bytes: six numbers, and their encoding.
 const BOUNDS_BYTES: usize = 80;
 
-/// Bytes of a link's name beside its letters.
+/// Size of a link's name in a message without its letters, bytes.
 const NAME_BYTES: usize = 12;
 
-/// One side of a distance: a robot or a link of it, where it is or would be.
+/// A robot or one of its links in a distance query, at its present or another pose.
 #[derive(Clone, Debug)]
 pub struct QueryBody {
-    /// Index of the robot.
+    /// Robot, by index.
     pub robot: usize,
-    /// Index of its link; `None` is all of them.
+    /// Link, by index; `None` means all of them.
     pub link: Option<usize>,
-    /// `None` is where it is.
+    /// Configuration; `None` means the present one.
     pub configuration: Option<Configuration>,
 }
 
-/// One side of a distance.
+/// One side of a distance query.
 #[derive(Clone, Debug)]
 pub enum QuerySide {
-    /// A robot or a link of it.
+    /// A robot or one of its links.
     Body(QueryBody),
-    /// A shape of no robot, and world_from_shape.
+    /// A shape that belongs to no robot, and `world_from_shape`.
     Shape(Geometry, DPose3),
 }
 
@@ -49,49 +49,49 @@ impl From<QueryBody> for QuerySide {
     }
 }
 
-/// What is asked of a distance.
+/// Distance query.
 #[derive(Clone, Debug)]
 pub struct DistanceQuery {
-    /// The first side.
+    /// First side.
     pub a: QuerySide,
-    /// The second; `None` is every robot but that of the first, where it is.
+    /// Second side; `None` means every robot except the first's, at its present pose.
     pub b: Option<QuerySide>,
-    /// Pairs of links that are farther apart are left out, metres.
+    /// Maximum distance of pairs of links, metres.
     pub within: f64,
-    /// Only the nearest pair.
+    /// Whether only the nearest pair is wanted.
     pub nearest_only: bool,
-    /// Leaves out what the collision filter lets not touch.
+    /// Whether pairs that the collision filter disables are left out.
     pub filtered: bool,
 }
 
-/// The nearest points of two links.
+/// Nearest points of two links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceReport {
-    /// Names of the robots; empty for a shape of none.
+    /// Names of the robots; empty for a shape that belongs to none.
     pub robots: [String; 2],
-    /// Names of the links; empty for a shape of no robot.
+    /// Names of the links; empty for a shape that belongs to no robot.
     pub links: [String; 2],
-    /// On each one's surface, world, metres.
+    /// Point on the surface of each, world, metres.
     pub points: [DVec3; 2],
-    /// From the first to the second, of unit length, world.
+    /// Unit normal from the first to the second, world.
     pub normal: DVec3,
-    /// Between the surfaces, metres; negative where they overlap.
+    /// Distance between the surfaces, metres; negative if they overlap.
     pub distance: f64,
 }
 
 /// A link and the corners of the box around its shapes, along the world's axes, metres.
 pub type LinkBounds = (String, [DVec3; 2]);
 
-/// Where the links of a robot are, of its index.
+/// Returns the poses of the links of a robot by its index.
 type LinkPoses<'a> = &'a dyn Fn(usize) -> Cow<'a, [DPose3]>;
 
 impl PublishedState {
-    /// The shapes of a robot where it is.
+    /// Returns the shapes of a robot at its present pose.
     pub(super) fn placed(&self, robot: usize, link: Option<usize>) -> Vec<PlacedShape> {
         self.placed_at(robot, link, &|robot| self.link_poses(robot).unwrap_or_default().into())
     }
 
-    /// The same where its links are known.
+    /// Returns the shapes of a robot with known poses of its links.
     fn placed_at(&self, robot: usize, link: Option<usize>, poses: LinkPoses<'_>) -> Vec<PlacedShape> {
         let Some(entity) = self.world.entities.get(robot).filter(|entity| !entity.shapes.is_empty()) else {
             return Vec::new();
@@ -99,7 +99,7 @@ impl PublishedState {
         posed_shapes(robot, &entity.tree, &entity.shapes, &poses(robot), link)
     }
 
-    /// The same where it is asked for.
+    /// Returns the shapes of a robot in the requested configuration.
     fn placed_as(&self, body: &QueryBody, poses: LinkPoses<'_>) -> Vec<PlacedShape> {
         let QueryBody { robot, link, configuration } = body;
         let (Some(entity), Some(at)) = (self.world.entities.get(*robot), configuration) else {
@@ -109,7 +109,7 @@ impl PublishedState {
         posed_shapes(*robot, &entity.tree, &entity.shapes, &poses, *link)
     }
 
-    /// The shapes of a side of a distance, which is the field of this name of its request.
+    /// Returns the shapes of a side of a distance query; `field` is the side's field in the request.
     fn side(&self, field: &str, side: &QuerySide, poses: LinkPoses<'_>) -> Result<Vec<PlacedShape>, Error> {
         match side {
             QuerySide::Body(body) => Ok(self.placed_as(body, poses)),
@@ -122,19 +122,22 @@ impl PublishedState {
         }
     }
 
-    /// All shapes of the world; empty once `is_cancelled`.
+    /// Returns all shapes of the world; empty once `is_cancelled`.
     pub(super) fn scene(&self, is_cancelled: &dyn Fn() -> bool) -> Scene {
         let robots = (0..self.world.entities.len()).take_while(|_| !is_cancelled());
         Scene::new(robots.flat_map(|robot| self.placed(robot, None)).collect())
     }
 
-    /// The nearest points of links, a pair each, in the order of robots and links. Shapes of one body are never a pair,
-    /// nor is a link with itself.
+    /// Returns the nearest points of each pair of links, in the order of robots and links. Shapes of one body
+    /// are never a pair, nor is a link with itself.
     ///
     /// # Errors
-    /// Returns an error if the distance is NaN, where a shape cannot be, where its pose is farther away than
-    /// [`simd_model::LARGEST_GIVEN`], where both sides are meshes of triangles or height fields, where there are too many
-    /// pairs, and where their names make too many bytes.
+    /// Returns an error in these cases:
+    ///
+    /// * the distance is NaN, a shape is invalid, or its pose is farther away than
+    ///   [`simd_model::LARGEST_GIVEN`];
+    /// * both sides are triangle meshes or height fields;
+    /// * there are too many pairs, or their names take too many bytes.
     pub fn distances(
         &self,
         query: &DistanceQuery,
@@ -152,10 +155,10 @@ impl PublishedState {
         weighed.collect()
     }
 
-    /// The same by indices, where it is known where the links of robots are.
+    /// Returns the nearest points by indices, with known poses of links.
     ///
     /// # Errors
-    /// See [`distances`](Self::distances), but for names.
+    /// See [`distances`](Self::distances), except for names.
     pub(crate) fn closest_points(
         &self,
         query: &DistanceQuery,
@@ -187,7 +190,7 @@ impl PublishedState {
                             convex hulls (`collision` hull)";
             return Err(check::refuse("b", "a mesh of triangles", expected));
         }
-        // Two configurations of one robot are as two robots; of one configuration each pair comes once.
+        // Two configurations of one robot count as two robots; with one configuration each pair comes once.
         let bodies = body(a).zip(b.as_ref().and_then(body)).filter(|(a, b)| a.robot == b.robot);
         let same_pose = bodies
             .as_ref()
@@ -216,7 +219,7 @@ impl PublishedState {
         })
     }
 
-    /// What the collision filter says of two shapes, whether or not their robot touches itself.
+    /// Returns whether the collision filter allows two shapes to touch, regardless of self-collision.
     fn may_touch(&self, a: &PlacedShape, b: &PlacedShape) -> bool {
         let mut sides = [a, b];
         sides.sort_unstable_by_key(|side| (side.robot, side.link));
@@ -251,18 +254,18 @@ impl PublishedState {
         Some(DistanceReport { robots: [robot_a, robot_b], links: [link_a, link_b], points, normal, distance })
     }
 
-    /// The names of a robot and a link of it.
+    /// Returns the names of a robot and one of its links.
     pub(super) fn link_name(&self, robot: usize, link: usize) -> Option<(String, String)> {
         let entity = self.world.entities.get(robot)?;
         Some((entity.name.clone(), entity.model.links.get(link)?.name.clone()))
     }
 
-    /// Robots and links that overlap a shape at a pose, in order; with `bounds_only` those whose boxes along the
-    /// world's axes meet that of the shape.
+    /// Returns robots and links that overlap a shape at a pose, in order. With `bounds_only`, returns those
+    /// whose boxes along the world's axes meet the shape's.
     ///
     /// # Errors
-    /// Returns an error if the shape or its pose has numbers that are larger than [`simd_model::LARGEST_GIVEN`], where the shape is a mesh
-    /// without a hull, and where the names make too many bytes.
+    /// Returns an error if the shape or its pose has numbers larger than [`simd_model::LARGEST_GIVEN`], or if
+    /// the shape is a mesh without a hull. Also returns one if the names take too many bytes.
     pub fn overlaps(
         &self,
         geometry: &Geometry,
@@ -282,8 +285,8 @@ impl PublishedState {
         weighed.collect()
     }
 
-    /// The box around the shapes of each link of the robot at this index, along the world's axes. Links without
-    /// shapes and planes have none.
+    /// Returns the box around the shapes of each link of the robot at this index, along the world's axes.
+    /// Links without shapes and planes have none.
     pub fn link_bounds(&self, robot: usize) -> Vec<LinkBounds> {
         let Some(entity) = self.world.entities.get(robot) else { return Vec::new() };
         let bounds = link_bounds(&self.placed(robot, None), entity.model.links.len());
@@ -291,10 +294,11 @@ impl PublishedState {
         named.filter_map(|(link, bounds)| Some((link.name.clone(), bounds?))).collect()
     }
 
-    /// The same of robots at these indices, with the name of each. Gives up as soon as `is_cancelled`.
+    /// Returns the boxes of the links of robots at these indices, with the name of each. Stops as soon as
+    /// `is_cancelled`.
     ///
     /// # Errors
-    /// Returns an error if the names make too many bytes.
+    /// Returns an error if the names take too many bytes.
     pub fn bounds_of(
         &self,
         robots: &[usize],
@@ -312,11 +316,11 @@ impl PublishedState {
         Ok(found)
     }
 
-    /// What a shape that goes from a pose by a way, without turning, meets first.
+    /// Returns the first contact of a shape that moves from a pose along a straight path, without turning.
     ///
     /// # Errors
-    /// Returns an error if the shape, its pose or the way has numbers that are larger than [`simd_model::LARGEST_GIVEN`], and where the
-    /// shape is a mesh without a hull.
+    /// Returns an error if the shape, its pose or the path has numbers larger than
+    /// [`simd_model::LARGEST_GIVEN`]. Also returns one if the shape is a mesh without a hull.
     pub fn cast_shape(
         &self,
         geometry: &Geometry,
@@ -331,7 +335,7 @@ impl PublishedState {
         Ok(hit.and_then(|hit| self.ray_report(hit)))
     }
 
-    /// A hit, by names.
+    /// Returns a hit, with names.
     pub(super) fn ray_report(&self, hit: crate::collision::rays::RayHit) -> Option<RayReport> {
         let (robot, link) = self.link_name(hit.robot, hit.link)?;
         Some(RayReport { robot, link, point: hit.point, normal: hit.normal, fraction: hit.fraction })

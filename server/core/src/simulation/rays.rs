@@ -1,4 +1,4 @@
-//! What rays hit, found from a published state alone.
+//! Ray casts, from a published state alone.
 
 use glamx::DVec3;
 
@@ -7,35 +7,35 @@ use super::error::Error;
 use super::published_state::PublishedState;
 use crate::collision::scene::PlacedShape;
 
-/// Rays that one request may cast.
+/// Maximum number of rays in one request.
 pub const MOST_RAYS: usize = 20_000;
 
-/// Bytes that the answer to one request may have: what is around it fits a message of 4 MiB too.
+/// Maximum size of an answer, bytes: with its envelope it fits a message of 4 MiB.
 const MOST_BYTES: usize = 4_000_000;
 
-/// Bytes of a hit without its names: eight numbers, and what is around them.
+/// Size of a hit in a message without its names, bytes: eight numbers, and their encoding.
 const HIT_BYTES: usize = 90;
 
-/// Where a ray meets a link.
+/// Hit of a ray on a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayReport {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// The link's name.
+    /// Name of the link.
     pub link: String,
-    /// World, metres.
+    /// Point, world, metres.
     pub point: DVec3,
-    /// Out of the surface, of unit length, world.
+    /// Outward unit normal of the surface, world.
     pub normal: DVec3,
-    /// The part of the way from start to end, 0 to 1.
+    /// Part of the path from start to end, 0 to 1.
     pub fraction: f64,
 }
 
-/// Whether these rays can be cast: there are at most [`MOST_RAYS`], and the ends of each are no farther away than
+/// Checks that there are at most [`MOST_RAYS`], and that the ends of each are within
 /// [`simd_model::LARGEST_GIVEN`].
 ///
 /// # Errors
-/// Returns an error if one of the two does not hold.
+/// Returns an error if one of the two fails.
 pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
     if rays.len() > MOST_RAYS {
         return Err(Error::LimitExceeded {
@@ -56,7 +56,7 @@ pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
 /// Adds an entry of an answer to its bytes.
 ///
 /// # Errors
-/// Returns an error if the answer is larger than a message may be.
+/// Returns an error if the answer exceeds the maximum size of a message.
 pub(super) fn weigh(bytes: &mut usize, entry: usize) -> Result<(), Error> {
     *bytes += entry;
     if *bytes <= MOST_BYTES {
@@ -70,12 +70,12 @@ pub(super) fn weigh(bytes: &mut usize, entry: usize) -> Result<(), Error> {
 }
 
 impl PublishedState {
-    /// What each ray, from its start to its end (world, metres), hits first; `None` where it hits
-    /// nothing. Only links in one of the groups of `mask` are hit, where there is one. Gives up, with nothing, as soon
-    /// as `is_cancelled`, which is asked before each ray and each robot.
+    /// Returns the first hit of each ray, from its start to its end (world, metres); `None` if it hits
+    /// nothing. With a `mask`, only links in one of its groups are hit. Returns an empty list as soon as
+    /// `is_cancelled`, which is called before each ray and each robot.
     ///
     /// # Errors
-    /// Those of [`check_rays`], and where the names of what is hit make too many bytes.
+    /// As [`check_rays`], and if the names of the hits take too many bytes.
     pub fn cast_rays(
         &self,
         rays: &[[DVec3; 2]],

@@ -1,4 +1,4 @@
-//! What a robot's joints carried over the last step, found from a published state alone.
+//! Reactions of a robot's joints over the last step, from a published state alone.
 
 use glamx::{DPose3, DQuat, DVec3};
 
@@ -8,16 +8,17 @@ use crate::dynamics::reactions::reactions_of;
 use crate::dynamics::spatial::Spatial;
 
 impl PublishedState {
-    /// One for each joint of the model of the robot at this index: force and torque of the parent link on
-    /// the child, in the child link's frame and about its origin, N and N m. At the present pose, with the
-    /// accelerations and the contacts of the last step, or of its last part; without accelerations where
-    /// the robot was put somewhere since.
+    /// Returns the reaction of each joint of the robot at this index, N and N m. It is the force and torque
+    /// of the parent link on the child. They are in the child link's frame and about its origin. They belong
+    /// to the present pose, with the accelerations and the contacts of the last step, or of its last part. If
+    /// the robot was moved since, accelerations are left out.
     pub fn joint_reactions(&self, robot: usize, gravity: DVec3) -> Option<Vec<[DVec3; 2]>> {
         self.reactions_of(robot, &self.link_poses(robot)?, &self.link_motions(robot)?, gravity)
     }
 
-    /// How each link of the robot at this index moves, against its base and in the base's axes, with the accelerations of the last step,
-    /// or of its last part: see [`link_motions`](crate::dynamics::link_motion::link_motions).
+    /// Returns the motion of each link of the robot at this index, relative to its base and in the base's
+    /// axes. It has the accelerations of the last step, or of its last part: see
+    /// [`link_motions`](crate::dynamics::link_motion::link_motions).
     pub fn link_motions(&self, robot: usize) -> Option<Vec<LinkMotion>> {
         let entity = self.world.entities.get(robot)?;
         let root = self.roots.get(robot)?;
@@ -29,14 +30,14 @@ impl PublishedState {
         Some(link_motions(tree, motion))
     }
 
-    /// World axes from those of a robot's base: the root link's where that is fixed.
+    /// Returns the rotation from base axes to world axes: the root link's if it is fixed.
     pub(super) fn world_from_base(&self, robot: usize) -> Option<DQuat> {
         let is_fixed = self.world.entities.get(robot)?.tree.fixed_base;
         let rotation = self.roots.get(robot)?.pose.rotation;
         Some(if is_fixed { rotation } else { DQuat::IDENTITY })
     }
 
-    /// [`Self::joint_reactions`] of a robot whose links are and move so.
+    /// Returns [`Self::joint_reactions`] of a robot with this motion of its links.
     pub(super) fn reactions_of(
         &self,
         robot: usize,

@@ -1,5 +1,5 @@
-//! What commands set of a robot and steps leave alone: settings of joints, claims, surfaces. It is
-//! shared with every published state and replaced only where a command changed it.
+//! Settings of a robot that commands change and steps do not: settings of joints, claims, surfaces. They are
+//! shared with every published state and replaced only when a command changed them.
 
 use std::sync::Arc;
 
@@ -11,43 +11,44 @@ use crate::collision::{Groups, LinkPair, Surface};
 /// Settings of one robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotSettings {
-    /// One for each joint of the model, in its order.
+    /// Settings of each joint of the model, in its order.
     pub joints: Vec<JointSettings>,
-    /// One for each link of the model, in its order; `None` where it has no collider.
+    /// Surface of each link of the model, in its order; `None` if it has no collider.
     pub surfaces: Vec<Option<Surface>>,
-    /// Its links touch each other.
+    /// Whether its links touch each other.
     pub self_collision: bool,
-    /// One for each link of the model, in its order.
+    /// Groups of each link of the model, in its order.
     pub groups: Vec<Groups>,
-    /// Who holds a claim on all of it.
+    /// Holder of a claim on the whole robot.
     pub claimed_by: Option<Arc<str>>,
-    /// Its own links that were switched off or on, in order.
+    /// Enabled and disabled pairs of the robot's links, in order.
     pub collision_pairs: Arc<Vec<LinkPair>>,
 }
 
-/// Settings of a joint; of a planar joint's three axes those of the first.
+/// Settings of a joint; for a planar joint those of its first axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointSettings {
-    /// In force.
+    /// Limits in force.
     pub limits: JointLimits,
-    /// N m s/rad or N s/m.
+    /// Damping, N m s/rad or N s/m.
     pub damping: f64,
-    /// N m or N.
+    /// Dry friction, N m or N.
     pub friction: f64,
-    /// kg m^2 or kg.
+    /// Armature, kg m^2 or kg.
     pub armature: f64,
-    /// Of a spring beside the actuator, N m/rad or N/m, and where it pulls nowhere, rad or m. Stiffness 0: there is none.
+    /// Stiffness of a spring beside the actuator, N m/rad or N/m, and its rest position, rad or m. Stiffness
+    /// 0 means that there is none.
     pub spring: (f64, f64),
-    /// Stiffness and damping of targets that give none.
+    /// Stiffness and damping of targets that have none.
     pub default_gains: (f64, f64),
-    /// Its actuator holds the weight of what hangs on it.
+    /// Whether its actuator holds the weight of its load.
     pub gravity_compensation: bool,
-    /// Who holds a claim on it.
+    /// Holder of a claim on it.
     pub claimed_by: Option<Arc<str>>,
 }
 
 impl Entity {
-    /// As they are now.
+    /// Returns the present settings.
     pub(super) fn robot_settings(&self) -> RobotSettings {
         RobotSettings {
             joints: (0..self.model.joints.len()).map(|joint| self.joint_settings(joint)).collect(),

@@ -1,4 +1,4 @@
-//! States of the world that are kept: under a name, and from elsewhere, checked.
+//! Saved states of the world: named ones, and validated ones from elsewhere.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -18,42 +18,42 @@ use crate::collision::{Groups, LinkPair, RestPose, RobotColliders, Shapes, Surfa
 use crate::dynamics::Tree;
 use crate::valid::{finite, pose, sizes};
 
-/// A state of a world, and what its robots are. Cheap to share; two are equal where they are the same.
+/// State of a world with the descriptions of its robots. Cheap to share; two are equal if they are the same.
 #[derive(Clone, Debug)]
 pub struct Saved(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
     state: WorldState,
-    /// One a robot.
+    /// Descriptions, one for each robot.
     robots: Vec<Description>,
 }
 
-/// What a robot is made from: the model, and what it touches with.
+/// Parts of a robot: its model and its collision shapes.
 pub type RobotParts = (Arc<RobotModel>, Arc<Shapes>);
 
-/// One that a world keeps, under a name. Cheap to copy.
+/// Saved state of a world with its name. Cheap to copy.
 #[derive(Clone, Debug)]
 pub struct NamedSavedState {
     pub(super) name: String,
     pub(super) saved: Saved,
-    /// The first of the versions that its robots have here, where the state came from elsewhere: their
-    /// versions there may be those of others here.
+    /// First version of its robots here, if the state came from elsewhere: their versions there may belong to
+    /// others here.
     pub(super) versions: Option<u64>,
 }
 
-/// A state that is kept.
+/// Description of a saved state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SavedStateInfo {
-    /// Its name.
+    /// Name of the saved state.
     pub name: String,
-    /// The moment that is kept.
+    /// Moment of the saved state.
     pub at: Moment,
-    /// Robots in it.
+    /// Number of robots.
     pub robots: usize,
 }
 
-/// Steps of a world at the most, so that counting on from there does not end: half a million years of
+/// Maximum number of steps of a world, so that counting from there does not overflow: half a million years of
 /// milliseconds would not reach it.
 const MOST_STEPS: u64 = 1 << 53;
 
@@ -69,36 +69,36 @@ pub(super) fn no_saved_state(saved: &[NamedSavedState], name: &str) -> Error {
 }
 
 impl NamedSavedState {
-    /// The state.
+    /// Returns the state.
     pub fn saved(&self) -> &Saved {
         &self.saved
     }
 
-    /// What is said of it.
+    /// Returns its description.
     pub fn info(&self) -> SavedStateInfo {
         let Inner { state, robots } = &*self.saved.0;
         let at = Moment { epoch: 0, step: state.step, sim_time: state.sim_time };
         SavedStateInfo { name: self.name.clone(), at, robots: robots.len() }
     }
 
-    /// What its robots are, in the versions that they have here.
+    /// Returns the descriptions of its robots, with their versions here.
     pub(super) fn descriptions(&self) -> Vec<Description> {
         self.versions.map_or_else(|| self.saved.0.robots.clone(), |first| self.saved.descriptions(first))
     }
 
-    /// Whether it came from elsewhere: ids in it are those of another world.
+    /// Returns whether it came from elsewhere: its ids belong to another world.
     pub(super) fn is_foreign(&self) -> bool {
         self.versions.is_some()
     }
 }
 
 impl Saved {
-    /// The state of a world that is there.
+    /// Creates the saved state of a present world.
     pub(super) fn of_world(state: WorldState, robots: Vec<Description>) -> Self {
         Self(Arc::new(Inner { state, robots }))
     }
 
-    /// Of an empty world that was never stepped.
+    /// Returns the state of an empty world that was never stepped.
     pub(super) fn nothing() -> Self {
         let state = WorldState {
             step: 0,
@@ -114,34 +114,34 @@ impl Saved {
         Self::of_world(state, Vec::new())
     }
 
-    /// What its robots are, in versions from `first` on.
+    /// Returns the descriptions of its robots, with versions from `first` on.
     pub(super) fn descriptions(&self, first: u64) -> Vec<Description> {
         let robots = self.0.robots.iter().zip(first..);
         robots.map(|(robot, version)| Description { version, ..robot.clone() }).collect()
     }
 
-    /// Robots in it.
+    /// Returns the number of robots.
     pub(super) fn robot_count(&self) -> usize {
         self.0.robots.len()
     }
 
-    /// The state.
+    /// Returns the state.
     pub fn world_state(&self) -> &WorldState {
         &self.0.state
     }
 
-    /// The robots' models, in the order of their spawning.
+    /// Returns the robots' models, in the order of their spawning.
     pub fn models(&self) -> impl Iterator<Item = &Arc<RobotModel>> {
         self.0.robots.iter().map(|robot| &robot.model)
     }
 
-    /// What its robots are made from, in the order of their spawning.
+    /// Returns the parts of its robots, in the order of their spawning.
     pub fn parts(&self) -> Vec<RobotParts> {
         self.0.robots.iter().map(|robot| (Arc::clone(&robot.model), Arc::clone(&robot.shapes))).collect()
     }
 
-    /// A state that came from elsewhere, every number of which is checked: what is accepted can be stepped. There is a
-    /// model for each robot.
+    /// Creates a state from elsewhere, of which every number is validated: an accepted state can be stepped.
+    /// `parts` has one entry for each robot.
     ///
     /// # Errors
     /// Returns an error if no world can be in such a state.
@@ -196,7 +196,8 @@ fn check_world(state: &WorldState) -> Result<(), String> {
     Ok(())
 }
 
-/// A robot in this state, in a world at this sim time that already has `others`; or what is wrong with it, as a fragment of a sentence.
+/// Returns a robot in this state, in a world at this sim time that already has `others`. The error is a
+/// fragment of a sentence.
 fn checked(
     robot: &mut RobotState,
     (model, shapes): RobotParts,
@@ -223,7 +224,7 @@ fn checked(
         expired_wrenches,
         pulls,
         trajectories,
-        // When the robot is there.
+        // Checked when the robot exists.
         sensors: _,
     } = entity;
     let tree = tree_for(others, &model, *fixed_base);
@@ -244,7 +245,7 @@ fn checked(
         sizes("margins of colliders", [*margin])?;
         finite("motions of colliders", drift.to_array())?;
     }
-    // One that sleeps may wake within a step, and then needs a state to go back to.
+    // A sleeping robot may wake within a step, and then needs a state to restore.
     if *asleep && last_good.0.is_empty() {
         *last_good = (body.positions.clone(), body.velocities.clone());
     }
@@ -283,7 +284,7 @@ fn check_filter(links: usize, groups: &[Groups], pairs: &[LinkPair]) -> Result<(
     Err("collision pairs that are not of its links, or not in order".into())
 }
 
-/// Bytes of why a robot is disabled at the most: it is in what clients see.
+/// Maximum length of the reason why a robot is disabled, bytes: clients see it.
 const MAX_REASON: usize = 8192;
 
 fn check_last_good(tree: &Tree, (positions, velocities): &(Vec<f64>, Vec<f64>)) -> Result<(), String> {
@@ -300,7 +301,7 @@ fn check_last_good(tree: &Tree, (positions, velocities): &(Vec<f64>, Vec<f64>)) 
     finite("a state before the last step", positions.iter().chain(velocities).copied())
 }
 
-/// Each is of joints that it could have been accepted for.
+/// Checks that each trajectory has joints for which it could have been accepted.
 fn check_trajectories(
     model: &RobotModel,
     tree: &Tree,

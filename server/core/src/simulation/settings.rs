@@ -1,4 +1,4 @@
-//! Gravity, time step, substeps, integrator, how surfaces combine, and sleep.
+//! Gravity, time step, substeps, integrator, combination of surfaces, and sleep.
 
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
@@ -7,32 +7,32 @@ pub use crate::collision::SurfaceCombination;
 pub use crate::dynamics::Integrator;
 use crate::plain::vector3;
 
-/// Seconds that a step may advance.
+/// Range of the time step, seconds.
 pub(super) const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
 
-/// Parts that a step may be done in.
+/// Range of the number of parts of a step.
 pub(super) const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1000;
 
-/// How a world is stepped.
+/// Physics settings of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicsSettings {
-    /// m/s^2, world axes.
+    /// Gravity, m/s^2, world axes.
     #[serde(with = "vector3")]
     pub gravity: DVec3,
-    /// Seconds that a step advances.
+    /// Time step, seconds.
     pub time_step: f64,
-    /// Equal parts that a step is done in.
+    /// Number of equal parts of a step.
     pub substeps: u32,
-    /// The method of a step.
+    /// Integration method.
     pub integrator: Integrator,
-    /// How coefficients of surfaces that touch become those of the contact.
+    /// Combination of the coefficients of touching surfaces.
     pub surface_combination: SurfaceCombination,
-    /// Free bodies at rest sleep: steps leave them where they are until something acts on them.
+    /// Whether free bodies at rest sleep: steps skip them until something acts on them.
     pub sleeping: bool,
 }
 
 impl Default for PhysicsSettings {
-    /// Earth, 1 ms, one part, leapfrog, the smaller friction, bodies sleep.
+    /// Returns earth's gravity, 1 ms, one part, leapfrog, the smaller friction, and sleep.
     fn default() -> Self {
         Self {
             gravity: DVec3::new(0.0, 0.0, -9.81),

@@ -1,23 +1,24 @@
-//! Which robots a step looks at, and which others wake with one that wakes.
+//! Robots that a step must visit, and robots that wake with another one.
 
 use super::entity::Entity;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::link_constraint::LinkConstraint;
 
-/// Robots that a step looks at: all of them, or after a step in which nothing else happened, all but those that no step
-/// changes: a town of a thousand houses costs it nothing. What follows from the others is kept as it was found then.
+/// Robots that a step must visit. These are all of them or, after a step without other events, all except
+/// those that no step changes. A town of a thousand houses then costs nothing. Data of the others are kept
+/// from that step.
 ///
-/// What does not change either until something happens, a step reads here and not of the robots: those are in the caches of the threads
-/// that solved them last.
+/// Data that do not change until the next event are also read here, and not from the robots. Those are in the
+/// caches of the threads that solved them last.
 #[derive(Debug, Default)]
 pub(super) struct Busy {
-    /// In their order, as all lists are.
+    /// Robots in order, as all lists are.
     robots: Vec<usize>,
     shaped: Vec<usize>,
     begin_early: Vec<usize>,
     solved: Vec<Solved>,
     not_solved: Vec<usize>,
-    /// How many of the others have shapes.
+    /// Number of the other robots with shapes.
     idle_shaped: usize,
     is_known: bool,
 }
@@ -26,19 +27,19 @@ pub(super) struct Busy {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solved {
     pub(super) index: usize,
-    /// Its degrees of freedom.
+    /// Number of its degrees of freedom.
     pub(super) velocities: usize,
-    /// It sleeps, or is of those that fall asleep where nothing pushes them.
+    /// Whether it sleeps, or may fall asleep if nothing pushes it.
     pub(super) may_sleep: bool,
 }
 
 impl Busy {
-    /// Something may have happened to any robot.
+    /// Discards the lists: something may have happened to any robot.
     pub(super) fn forget(&mut self) {
         self.is_known = false;
     }
 
-    /// Before a step.
+    /// Updates the lists before a step.
     pub(super) fn begin_step(&mut self, robots: &[Entity]) {
         if !self.is_known {
             self.robots.clear();
@@ -48,7 +49,7 @@ impl Busy {
         }
     }
 
-    /// After a step, which has put all shapes where they are.
+    /// Updates the lists after a step, which has placed all shapes.
     pub(super) fn end_step(&mut self, robots: &[Entity]) {
         if !self.is_known {
             self.robots.retain(|&robot| !robots[robot].is_idle());
@@ -82,43 +83,43 @@ impl Busy {
         }
     }
 
-    /// Those that are looked at.
+    /// Returns the robots to visit.
     pub(super) fn robots(&self) -> &[usize] {
         &self.robots
     }
 
-    /// Those of them that take part and have shapes.
+    /// Returns those that are active and have shapes.
     pub(super) fn shaped(&self) -> &[usize] {
         &self.shaped
     }
 
-    /// Those of them that begin a step before they are solved.
+    /// Returns those that begin a step before they are solved.
     pub(super) fn begin_early(&self) -> &[usize] {
         &self.begin_early
     }
 
-    /// Those of them that are in groups.
+    /// Returns those that are in groups.
     pub(super) fn solved(&self) -> &[Solved] {
         &self.solved
     }
 
-    /// The others of them.
+    /// Returns those that are in no group.
     pub(super) fn not_solved(&self) -> &[usize] {
         &self.not_solved
     }
 
-    /// Whether nothing that these lists have has changed since the last step, and those that are looked at may not be all.
+    /// Returns whether the lists are unchanged since the last step, and may leave out robots.
     pub(super) fn leaves_some(&self) -> bool {
         self.is_known
     }
 
-    /// How many of the others have shapes.
+    /// Returns the number of the other robots with shapes.
     pub(super) fn idle_shaped(&self) -> usize {
         self.idle_shaped
     }
 }
 
-/// Wakes what a robot touches or is constrained to, and what that touches, and itself.
+/// Wakes a robot, the robots that it touches or is constrained to, and those that they touch.
 pub(super) fn wake_around(
     robots: &mut [Entity],
     contacts: &[Contact],
@@ -135,7 +136,7 @@ pub(super) fn wake_around(
             _ => None,
         });
         for [a, b] in contacts.iter().map(|contact| contact.robots).chain(constrained) {
-            // What cannot move passes nothing on.
+            // Immovable robots pass nothing on.
             let passes = |robot: usize| reached[robot] && (robot == robot_index || robots[robot].moves());
             let (from_a, from_b) = (passes(a), passes(b));
             if (from_a && !reached[b]) || (from_b && !reached[a]) {

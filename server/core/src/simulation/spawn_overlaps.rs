@@ -1,4 +1,4 @@
-//! Links of a robot that overlap other robots, and a free place beside them, found from a published state alone.
+//! Overlaps of a robot's links with other robots, and a free place beside them, from a published state alone.
 
 use glamx::DVec3;
 
@@ -7,13 +7,13 @@ use super::published_state::PublishedState;
 use super::queries::{DistanceQuery, QueryBody};
 use crate::collision::scene::link_bounds;
 
-/// Overlaps below this are those of things that touch, metres.
+/// Depth below which overlaps count as contact, metres.
 const TOUCHES: f64 = 1e-3;
 
-/// Distance from others at which a free place is, metres.
+/// Distance of a free place from others, metres.
 const BESIDE: f64 = 0.1;
 
-/// Two links of different robots that overlap, of which one can move.
+/// Two overlapping links of different robots, of which one can move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpawnOverlap {
     /// Link of the robot.
@@ -22,12 +22,13 @@ pub struct SpawnOverlap {
     pub robot: String,
     /// Link of the other robot.
     pub other_link: String,
-    /// How far they overlap, metres.
+    /// Depth of the overlap, metres.
     pub depth: f64,
 }
 
 impl PublishedState {
-    /// Overlaps of the robot at this index with others that the collision filter lets touch it, the deepest first.
+    /// Returns the overlaps of the robot at this index with others that the collision filter lets it touch,
+    /// the deepest first.
     ///
     /// # Errors
     /// Returns an error if there are too many pairs of shapes for one query.
@@ -60,8 +61,8 @@ impl PublishedState {
         Ok(overlaps)
     }
 
-    /// How far along x the robot at this index is to be moved so that its bounds are beside those of all others, metres. `None` if it
-    /// has no shapes.
+    /// Returns the displacement along x of the robot at this index that brings its bounds beside those of all
+    /// others, metres. Returns `None` if it has no shapes.
     pub fn way_to_free_place(&self, robot: usize) -> Option<f64> {
         let entity = self.world.entities.get(robot)?;
         let own = self.bounds(robot, entity.model.links.len())?;
@@ -69,7 +70,7 @@ impl PublishedState {
         let ends = others.filter_map(|other| {
             let links = self.world.entities.get(other)?.model.links.len();
             let [least, most] = self.bounds(other, links)?;
-            // Floors lie under everything.
+            // Floors are below everything.
             let is_floor = (most - least).x > 10.0 * (own[1] - own[0]).x.max(1.0);
             (!is_floor).then_some(most.x)
         });
@@ -77,7 +78,7 @@ impl PublishedState {
         end.is_finite().then(|| end + BESIDE - own[0].x)
     }
 
-    /// The box around all shapes of a robot but planes, along the world's axes.
+    /// Returns the box around all shapes of a robot except planes, along the world's axes.
     fn bounds(&self, robot: usize, links: usize) -> Option<[DVec3; 2]> {
         let boxes = link_bounds(&self.placed(robot, None), links).into_iter().flatten();
         boxes.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])

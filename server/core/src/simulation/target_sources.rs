@@ -1,17 +1,17 @@
-//! Who set the targets of joints: it comes with each command and is shown with each state. No step reads it, so that
-//! it is neither saved nor part of a fingerprint.
+//! Sources of joint targets, which come with each command and are published with each state. No step reads
+//! them, so they are neither saved nor part of a fingerprint.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Who set a target.
+/// Source of a target.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TargetSource {
-    /// As the client calls itself; empty where it did not say.
+    /// Name that the client gave; empty if none.
     pub client: Arc<str>,
-    /// When, on the clock of the sender of commands.
+    /// Time on the clock of the sender of commands.
     pub at: Duration,
 }
 
-/// Who set the target of each joint of a robot's model; empty where no target was set.
+/// Source of the target of each joint of a robot's model; empty if no target was set.
 pub type RobotTargetSources = Arc<Vec<Option<Arc<TargetSource>>>>;

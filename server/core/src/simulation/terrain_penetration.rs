@@ -1,23 +1,24 @@
-//! Links that are below the surface of terrain, found from a published state alone.
+//! Links below the surface of terrain, from a published state alone.
 
 use glamx::DVec3;
 
 use super::published_state::PublishedState;
 
-/// A link that is below the surface of terrain.
+/// A link below the surface of terrain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TerrainPenetration {
     /// Names of the robot and of its link.
     pub link: (String, String),
-    /// Names of the robot that is terrain, and of its link.
+    /// Names of the terrain's robot, and of its link.
     pub terrain: (String, String),
-    /// How far the middle of the link's deepest shape is below the surface, metres.
+    /// Depth of the centre of the link's deepest shape below the surface, metres.
     pub depth: f64,
 }
 
 impl PublishedState {
-    /// Links that can move and are below the surface of terrain, where the robot at this index is one of the two: at most so many.
-    /// Gives up, with those that were found, as soon as `is_cancelled`, which is asked before each pair of shapes.
+    /// Returns movable links below the surface of terrain, with the robot at this index on one side: at most
+    /// `most`. Returns those found so far as soon as `is_cancelled`, which is called before each pair of
+    /// shapes.
     pub fn terrain_penetrations(
         &self,
         robot: usize,
@@ -29,7 +30,7 @@ impl PublishedState {
         let is_terrain =
             |robot: usize| self.world.entities.get(robot).is_some_and(|entity| entity.shapes.has_terrain());
         let count = self.world.entities.len();
-        // Where this one is no terrain, only terrain matters to it.
+        // If this robot is no terrain, only terrain matters to it.
         let others = (0..count).filter(|other| *other != robot && (is_terrain(robot) || is_terrain(*other)));
         let own = self.placed(robot, None);
         let mut found: Vec<TerrainPenetration> = Vec::new();

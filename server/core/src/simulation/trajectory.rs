@@ -1,7 +1,7 @@
-//! Trajectories of joints: what is asked, what is under way, and where a joint is to be between two points.
+//! Trajectories of joints: requests, running trajectories, and the interpolation between points.
 //!
-//! Interpolation is that of `joint_trajectory_controller` of ROS 2: linear between positions, cubic where velocities
-//! are given, quintic where accelerations are too.
+//! Interpolation is as in `joint_trajectory_controller` of ROS 2: linear between positions, cubic if
+//! velocities are given, quintic if accelerations are given too.
 
 use std::sync::Arc;
 
@@ -11,127 +11,131 @@ use simd_model::{LARGEST_GIVEN, shown};
 use crate::plain::{bounded_list, shared, shared_list};
 use crate::valid::{finite, sizes};
 
-/// Points of one trajectory.
+/// Maximum number of points of one trajectory.
 pub const MAX_POINTS: usize = 10_000;
-/// Trajectories of one robot that are carried out or wait.
+/// Maximum number of running and waiting trajectories of one robot.
 pub const MAX_TRAJECTORIES: usize = 16;
-/// Joints of one trajectory.
+/// Maximum number of joints of one trajectory.
 pub const MAX_TRAJECTORY_JOINTS: usize = 1_000;
-/// Numbers of one trajectory.
+/// Maximum number of values of one trajectory.
 pub const MAX_NUMBERS: usize = 1_000_000;
-/// Numbers of trajectories that a saved state may have, so that counting on from there does not end.
+/// Maximum identifier of trajectories in a saved state, so that counting from there does not overflow.
 const MOST_IDS: u64 = 1 << 53;
-/// The longest time that a trajectory has, seconds.
+/// Maximum time of a trajectory, seconds.
 pub const MAX_TIME: f64 = 1e6;
 
-/// Where joints are to be at a time. A list has a number for each joint; all but `positions` may be empty.
+/// Desired state of joints at a time. A list has a number for each joint; all except `positions` may be
+/// empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryPoint {
-    /// Seconds from the beginning of the trajectory.
+    /// Time from the start of the trajectory, seconds.
     pub time: f64,
-    /// rad or m.
+    /// Positions, rad or m.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORY_JOINTS, _, _>")]
     pub positions: Vec<f64>,
-    /// rad/s or m/s.
+    /// Velocities, rad/s or m/s.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORY_JOINTS, _, _>")]
     pub velocities: Vec<f64>,
-    /// rad/s^2 or m/s^2.
+    /// Accelerations, rad/s^2 or m/s^2.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORY_JOINTS, _, _>")]
     pub accelerations: Vec<f64>,
-    /// Added to the effort of the actuators, N m or N.
+    /// Efforts that are added to the actuators', N m or N.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORY_JOINTS, _, _>")]
     pub efforts: Vec<f64>,
 }
 
-/// How far a joint may be from where it is to be; `None` is any distance.
+/// Tolerance of a joint; `None` means any difference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
-    /// rad or m.
+    /// Tolerance of the position, rad or m.
     pub position: Option<f64>,
-    /// rad/s or m/s.
+    /// Tolerance of the velocity, rad/s or m/s.
     pub velocity: Option<f64>,
 }
 
-/// When a trajectory begins.
+/// Start of a trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Begin {
-    /// With the next step. What the joints are carrying out ends, and the new trajectory goes on from where that has got to.
+    /// With the next step. It ends the joints' present trajectories, and continues from their present
+    /// setpoints.
     #[default]
     Now,
-    /// The same after so many simulated seconds.
+    /// After some simulated seconds, like `Now`.
     After(f64),
-    /// When those of its joints that were there before it have succeeded; where one of them ends otherwise, it is cancelled.
+    /// After earlier trajectories of its joints have succeeded; if one of them ends otherwise, it is
+    /// cancelled.
     Queued,
 }
 
-/// A trajectory that is carried out, or waits.
+/// A running or waiting trajectory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActiveTrajectory {
-    /// Unlike that of any other of this daemon.
+    /// Identifier, unique in this daemon.
     pub id: u64,
-    /// In the order of the points' numbers.
+    /// Joints in the order of the points' numbers.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORY_JOINTS, _, _>")]
     pub joints: Vec<TrajectoryJoint>,
-    /// In the order of their times. Shared, since copies of the state are made while the world plays.
+    /// Points in the order of their times. Shared, since copies of the state are made while the world plays.
     #[serde(
         serialize_with = "shared::serialize",
         deserialize_with = "shared_list::deserialize::<MAX_POINTS, _, _>"
     )]
     pub points: Arc<Vec<TrajectoryPoint>>,
-    /// What it waits for; `Now` where it is carried out.
+    /// Condition that it waits for; `Now` if it is running.
     pub begin: Begin,
     /// Simulated seconds since it began.
     pub elapsed: f64,
-    /// The first point that is not over.
+    /// First point that is not over.
     pub next: usize,
-    /// How long after its end the joints may take to come within the tolerances of the goal; `None` is for ever.
+    /// Time after its end within which the joints must reach the tolerances of the goal, seconds; `None`
+    /// means no limit.
     pub goal_time_tolerance: Option<f64>,
-    /// Set while the end is about to be made known.
+    /// Set while the end is still to be reported.
     #[serde(skip)]
     pub(super) ended: Option<TrajectoryEnd>,
 }
 
-/// A joint that carries out a trajectory.
+/// A joint of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrajectoryJoint {
-    /// Index in the model.
+    /// Joint in the model, by index.
     pub joint: usize,
-    /// Position and velocity at the beginning.
+    /// Position and velocity at the start.
     pub start: (f64, f64),
-    /// While it is carried out.
+    /// Tolerance on the path.
     pub path: Tolerance,
-    /// At its end.
+    /// Tolerance at the end.
     pub goal: Tolerance,
 }
 
-/// How a trajectory ended.
+/// Kind of end of a trajectory.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrajectoryEnd {
-    /// The joints are where they were to be.
+    /// The joints have reached the goal.
     Succeeded,
     /// A joint left the path.
     PathToleranceViolated(Violation),
-    /// A joint did not come to the goal in time.
+    /// A joint did not reach the goal in time.
     GoalToleranceViolated(Violation),
-    /// It was asked to, or what drives the joints was changed.
+    /// A client cancelled it, or the joints' driver changed.
     Cancelled {
-        /// What did it, as in "by a reset".
+        /// Cause, as in "by a reset".
         by: String,
     },
-    /// Another trajectory, or another target, took a joint.
+    /// Another trajectory, or another target, took over a joint.
     Superseded,
 }
 
-/// By how much a tolerance is exceeded.
+/// Excess over a tolerance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Violation {
-    /// Its name.
+    /// Name of the joint.
     pub joint: String,
-    /// `position` or `velocity`.
+    /// Quantity: `position` or `velocity`.
     pub quantity: &'static str,
-    /// What it is less what it is to be.
+    /// Actual less desired value.
     pub error: f64,
-    /// What it may differ by.
+    /// Tolerance.
     pub tolerance: f64,
 }
 
@@ -153,20 +157,20 @@ impl std::fmt::Display for TrajectoryEnd {
     }
 }
 
-/// What a joint is to do at a moment.
+/// Desired state of a joint at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// rad or m.
+    /// Position, rad or m.
     pub position: f64,
-    /// rad/s or m/s.
+    /// Velocity, rad/s or m/s.
     pub velocity: f64,
-    /// rad/s^2 or m/s^2.
+    /// Acceleration, rad/s^2 or m/s^2.
     pub acceleration: f64,
-    /// N m or N.
+    /// Effort, N m or N.
     pub effort: f64,
 }
 
-/// A joint's numbers at one end of a segment.
+/// A joint's values at one end of a segment.
 #[derive(Clone, Copy, Debug)]
 struct Knot {
     position: f64,
@@ -175,7 +179,7 @@ struct Knot {
     effort: Option<f64>,
 }
 
-/// `t` of `whole` seconds after `from`, on the way to `to`.
+/// Interpolates a segment of `whole` seconds `t` seconds after `from`, on the way to `to`.
 fn between(from: Knot, to: Knot, t: f64, whole: f64) -> Sample {
     let effort = match (from.effort, to.effort) {
         (Some(a), Some(b)) => a + (b - a) * t / whole,
@@ -206,17 +210,17 @@ fn between(from: Knot, to: Knot, t: f64, whole: f64) -> Sample {
 }
 
 impl ActiveTrajectory {
-    /// Seconds from the beginning to the last point.
+    /// Returns the time from the start to the last point, seconds.
     pub fn duration(&self) -> f64 {
         self.points.last().map_or(0.0, |last| last.time)
     }
 
-    /// Whether it is carried out.
+    /// Returns whether it is running.
     pub fn is_under_way(&self) -> bool {
         self.begin == Begin::Now
     }
 
-    /// Whether two have a joint in common.
+    /// Returns whether two share a joint.
     pub(super) fn shares_joints(&self, other: &Self) -> bool {
         self.joints.iter().any(|own| other.has_joint(own.joint))
     }
@@ -225,7 +229,7 @@ impl ActiveTrajectory {
         self.joints.iter().any(|own| own.joint == joint)
     }
 
-    /// Time goes on.
+    /// Advances its time.
     pub(super) fn advance(&mut self, seconds: f64) {
         self.elapsed += seconds;
         while self.points.get(self.next).is_some_and(|point| point.time < self.elapsed) {
@@ -233,7 +237,8 @@ impl ActiveTrajectory {
         }
     }
 
-    /// Where one of its joints is to be now, by its index among them. At rest at the last point after the end.
+    /// Returns the present desired state of one of its joints, by its index among them. After the end it is
+    /// at rest at the last point.
     pub fn sample(&self, joint: usize) -> Sample {
         let Some(to) = self.points.get(self.next) else {
             let last = self.knot(self.points.len().saturating_sub(1), joint);
@@ -248,7 +253,7 @@ impl ActiveTrajectory {
             Some(before) => (self.knot(before, joint), self.points[before].time),
             None => {
                 let (position, velocity) = self.joints[joint].start;
-                // Of the degree of the segments that follow.
+                // With the degree of the segments that follow.
                 let start = Knot {
                     position,
                     velocity: goal.velocity.map(|_| velocity),
@@ -276,7 +281,7 @@ impl ActiveTrajectory {
         }
     }
 
-    /// That it can be carried out by a robot with so many joints: for one that comes from elsewhere.
+    /// Checks that a robot with this number of joints can execute it, for a trajectory from elsewhere.
     pub(super) fn check(&self, joints: usize) -> Result<(), String> {
         let Self { id, joints: own, points, begin, elapsed, next, goal_time_tolerance, ended: _ } = self;
         check_points(points, own.len()).map_err(|(what, _)| format!("a trajectory in which {what}"))?;
@@ -304,7 +309,8 @@ impl ActiveTrajectory {
     }
 }
 
-/// That points of so many joints are some, and in order. The error is a sentence, and which point it is about.
+/// Checks that points for this number of joints are not empty, and in order. The error is a sentence, and the
+/// index of the point.
 pub(super) fn check_points(points: &[TrajectoryPoint], joints: usize) -> Result<(), (String, usize)> {
     if points.is_empty() || points.len() > MAX_POINTS {
         return Err((format!("there are {} points; 1 to {MAX_POINTS} can be", points.len()), 0));

@@ -1,7 +1,7 @@
-//! The state of a world: what a save copies, a fingerprint reads and a file carries, and nothing else.
+//! State of a world: the data that a save copies, a fingerprint reads and a file carries.
 //!
-//! What robots are (model, shapes, tree) is immutable and shared beside it; what a step computes on
-//! the way is scratch. Claims are agreements between clients, and not state of the world.
+//! Descriptions of robots (model, shapes, tree) are immutable and shared beside it; intermediate results of a
+//! step are scratch. Claims are agreements between clients, and not state of the world.
 
 use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
@@ -23,39 +23,39 @@ pub use crate::dynamics::constraint::link_constraint::LinkConstraint;
 use crate::dynamics::constraint::link_constraint::MAX_CONSTRAINTS;
 use crate::plain::{bounded_list, optional_text, shared, shared_list};
 
-/// Everything that a world is at a moment: a world in an equal state runs on equal to the bit, on
-/// the same build and machine.
+/// Complete state of a world at a moment. Worlds in equal states continue equally to the bit, on the same
+/// build and machine.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct WorldState {
-    /// Steps since the epoch began.
+    /// Number of steps since the epoch began.
     pub step: u64,
-    /// Seconds since the epoch began.
+    /// Sim time since the epoch began, seconds.
     pub sim_time: f64,
-    /// Where sim time is counted from: the step and the time at which the time step last changed.
+    /// Origin of sim time: step and time at which the time step last changed.
     pub time_base: (u64, f64),
-    /// How it is stepped.
+    /// Physics settings.
     pub settings: PhysicsSettings,
-    /// In the order of their spawning. Written one by one, beside what each is made from.
+    /// Robots in the order of their spawning. Each is written separately, with the parts it is made from.
     #[serde(skip)]
     pub robots: Vec<RobotState>,
-    /// As the last step had them, in the order of their robots and colliders.
+    /// Contacts of the last step, in the order of their robots and colliders.
     pub contacts: Vec<Contact>,
     /// Initial overlaps that are ignored until the colliders have separated, in order.
     pub ignored_overlaps: Vec<Pair>,
-    /// Links of different robots that were switched off or on, in order. Shared, since copies of the state are made
-    /// while the world plays.
+    /// Enabled and disabled pairs of links of different robots, in order. Shared, since copies of the state
+    /// are made while the world plays.
     #[serde(
         serialize_with = "shared::serialize",
         deserialize_with = "shared_list::deserialize::<MAX_COLLISION_PAIRS, _, _>"
     )]
     pub collision_pairs: Arc<Vec<RobotLinkPair>>,
-    /// Between links, in the order in which they were made.
+    /// Constraints between links, in the order of their creation.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_CONSTRAINTS, _, _>")]
     pub constraints: Vec<LinkConstraint>,
 }
 
 impl WorldState {
-    /// [`Simulation::fingerprint`](crate::Simulation::fingerprint) of a world in this state.
+    /// Returns [`Simulation::fingerprint`](crate::Simulation::fingerprint) of a world in this state.
     pub fn fingerprint(&self) -> u64 {
         let Self {
             step,
@@ -81,91 +81,93 @@ impl WorldState {
     }
 }
 
-/// As bytes. That fails for lists of unknown length only, and no state has one.
+/// Returns the encoded bytes. Encoding fails only for lists of unknown length, which no state has.
 pub(crate) fn encoded(value: &impl Serialize) -> Vec<u8> {
     postcard::to_allocvec(value).unwrap_or_default()
 }
 
-/// The same for equal bytes on one build.
+/// Returns a hash, which is equal for equal bytes on one build.
 pub(super) fn hash(bytes: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
     hasher.write(bytes);
     hasher.finish()
 }
 
-/// One robot.
+/// State of one robot.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RobotState {
-    /// What is beside its dynamics.
+    /// State beside its dynamics.
     pub entity: EntityState,
-    /// Where it is, how it moves, what drives it.
+    /// State of its dynamics.
     pub body: BodyState,
 }
 
-/// The state of a robot beside its dynamics.
+/// State of a robot beside its dynamics.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EntityState {
-    /// Unique in the world; `[A-Za-z0-9_-]+`.
+    /// Name, unique in the world; `[A-Za-z0-9_-]+`.
     pub name: String,
-    /// Stays at a reset of scope `spawned`.
+    /// Whether it stays at a reset of scope `spawned`.
     pub loaded_at_start: bool,
-    /// Its root link cannot move.
+    /// Whether its root link cannot move.
     pub fixed_base: bool,
-    /// How its contacts were configured.
+    /// Contact settings.
     pub contact_settings: ContactSettings,
-    /// Of each collider, as it was set since.
+    /// Surface of each collider, with later changes.
     pub surfaces: Vec<Surface>,
-    /// Of each link.
+    /// Groups of each link.
     pub groups: Vec<Groups>,
-    /// Its own links that were switched off or on, in order. Shared like the state that it was spawned with.
+    /// Enabled and disabled pairs of the robot's links, in order. Shared like the state that it was spawned
+    /// with.
     #[serde(
         serialize_with = "shared::serialize",
         deserialize_with = "shared_list::deserialize::<MAX_COLLISION_PAIRS, _, _>"
     )]
     pub collision_pairs: Arc<Vec<LinkPair>>,
-    /// It rests, and no step looks at it.
+    /// Whether it sleeps, so that steps skip it.
     pub asleep: bool,
-    /// Where each collider of one that sleeps rests; else empty.
+    /// Pose of each collider while it sleeps; else empty.
     pub rest_poses: Vec<RestPose>,
-    /// A command has moved it since the last step.
+    /// Whether a command has moved it since the last step.
     pub teleported: bool,
-    /// For how long it has hardly moved, seconds.
+    /// Time for which it has hardly moved, seconds.
     pub still_for: f64,
-    /// Set while it is out of the simulation: why.
+    /// Reason, while it is disabled.
     #[serde(with = "optional_text")]
     pub disabled: Option<Arc<str>>,
-    /// What a reset of scope `state` puts back. Shared, since copies of the state are made while the world plays.
+    /// State that a reset of scope `state` restores. Shared, since copies of the state are made while the
+    /// world plays.
     #[serde(with = "shared")]
     pub spawned: Arc<BodyState>,
-    /// Positions and velocities before the last step, to go back to if it is not finite; empty before the
-    /// first one.
+    /// Positions and velocities before the last step, to restore if it is not finite; empty before the first
+    /// one.
     pub last_good: (Vec<f64>, Vec<f64>),
     /// Wrenches that commands applied to links.
     pub applied_wrenches: Vec<ActiveWrench>,
     /// Wrenches that acted over the last step and have expired.
     pub expired_wrenches: Vec<ActiveWrench>,
-    /// Springs that pull links, one a link at the most.
+    /// Springs that pull links, at most one for each link.
     pub pulls: Vec<ActivePull>,
-    /// That are carried out or wait, in the order in which they were accepted.
+    /// Running and waiting trajectories, in the order of their acceptance.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORIES, _, _>")]
     pub trajectories: Vec<ActiveTrajectory>,
-    /// In the order in which they were made.
+    /// Sensors in the order of their creation.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_SENSORS_PER_ROBOT, _, _>")]
     pub sensors: Vec<SensorState>,
 }
 
-/// Why a state is not one that a world can be in.
+/// Reason why a state is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidState {
-    /// One of its robots.
+    /// Fault of one robot.
     #[error("robot {robot:?} has {what}")]
     Robot {
-        /// Which.
+        /// Name of the robot.
         robot: String,
-        /// "3 positions, where its model has 4".
+        /// Fault, as "3 positions, where its model has 4".
         what: String,
     },
-    /// The world as a whole.
+    /// Fault of the world as a whole.
     #[error("{0}")]
     World(String),
 }

@@ -1,102 +1,102 @@
-//! Commands that make and change constraints between links.
+//! Commands that create and change constraints between links.
 
 use glamx::{DPose3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::plain::{optional_pose3, vector3};
 
-/// A constraint to make.
+/// Constraint to create.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CreateConstraint {
-    /// Unique in the world; `[A-Za-z0-9_-]+`. Empty: `constraint_1` or the next one that is free.
+    /// Name, unique in the world; `[A-Za-z0-9_-]+`. Empty means `constraint_1` or the next free one.
     pub name: String,
-    /// What it asks for.
+    /// Type of the constraint.
     pub kind: RequestedConstraint,
-    /// The first end.
+    /// First end.
     pub parent: RequestedEnd,
-    /// The second one.
+    /// Second end.
     pub child: RequestedEnd,
-    /// N; of a gear the effort on the child's joint, N m or N. `None`: no limit.
+    /// Maximum force, N; for a gear the maximum effort on the child's joint, N m or N. `None` means no limit.
     pub max_force: Option<f64>,
-    /// N m. `None`: no limit.
+    /// Maximum torque, N m. `None` means no limit.
     pub max_torque: Option<f64>,
-    /// It goes where it would need more, instead of doing what it may.
+    /// Whether it is removed once it needs more than the maximum, and is not limited to it.
     pub breaks: bool,
-    /// The two links do not touch each other.
+    /// Whether collisions between the two links are disabled.
     pub disable_collisions: bool,
 }
 
-/// What a constraint asks for. Axes are in the frames of both ends, of any length but zero.
+/// Type of a requested constraint. Axes are in the frames of both ends, of any length but zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RequestedConstraint {
-    /// The frames are one.
+    /// The frames coincide.
     Weld,
-    /// Their origins are one.
+    /// The origins of the frames coincide.
     PointToPoint,
-    /// What is left is a turn about the axis.
+    /// Only a turn about the axis remains.
     Hinge {
-        /// About which the child turns.
+        /// Axis of rotation of the child.
         #[serde(with = "vector3")]
         axis: DVec3,
     },
-    /// What is left is a shift along the axis.
+    /// Only a shift along the axis remains.
     Slide {
-        /// Along which the child slides.
+        /// Direction in which the child slides.
         #[serde(with = "vector3")]
         axis: DVec3,
     },
     /// Position of the child's joint = ratio * position of the parent's + offset.
     Gear {
-        /// Of the units of the two joints.
+        /// Ratio, in the units of the two joints.
         ratio: f64,
-        /// rad or m. `None`: as it is now.
+        /// Offset, rad or m. `None` means the present one.
         offset: Option<f64>,
     },
-    /// The origins of the frames are so far from each other.
+    /// The origins of the frames have a fixed distance.
     Distance {
-        /// Metres. `None`: as it is now.
+        /// Distance, metres. `None` means the present one.
         length: Option<f64>,
-        /// They may be nearer.
+        /// Whether they may be nearer.
         is_rope: bool,
     },
 }
 
-/// An end of a constraint.
+/// End of a constraint.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RequestedEnd {
-    /// The robot's name; empty: the world.
+    /// Name of the robot; empty means the world.
     pub robot: String,
-    /// A link of it; empty: its root link. Not for gears.
+    /// Link of the robot; empty means its root link. Not for gears.
     pub link: String,
-    /// For gears: a joint of it, of one axis.
+    /// Joint of the robot with one axis, for gears.
     pub joint: String,
-    /// `link_from_frame`, or `world_from_frame`. `None`: of the parent the link's own; of the child where that of the
-    /// parent is now.
+    /// Pose `link_from_frame`, or `world_from_frame`. `None` means the link's own frame for the parent, and
+    /// the parent's present frame for the child.
     #[serde(with = "optional_pose3")]
     pub pose: Option<DPose3>,
 }
 
-/// New settings of a constraint; `None` leaves one as it is.
+/// New settings of a constraint; `None` leaves one unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChangeConstraint {
-    /// Its name.
+    /// Name of the constraint.
     pub name: String,
-    /// `link_from_frame` of the first end, or `world_from_frame`.
+    /// Pose `link_from_frame` of the first end, or `world_from_frame`.
     #[serde(with = "optional_pose3")]
     pub parent_pose: Option<DPose3>,
-    /// The same of the second one.
+    /// Pose `link_from_frame` of the second end, or `world_from_frame`.
     #[serde(with = "optional_pose3")]
     pub child_pose: Option<DPose3>,
-    /// As in [`CreateConstraint`]; may be infinite.
+    /// Maximum force as in [`CreateConstraint`]; may be infinite.
     pub max_force: Option<f64>,
-    /// As in [`CreateConstraint`]; may be infinite.
+    /// Maximum torque as in [`CreateConstraint`]; may be infinite.
     pub max_torque: Option<f64>,
-    /// Whether it goes where it would need more.
+    /// Whether it is removed once it needs more than the maximum.
     pub breaks: Option<bool>,
-    /// Of a gear.
+    /// Ratio of a gear.
     pub ratio: Option<f64>,
-    /// Of a gear, rad or m.
+    /// Offset of a gear, rad or m.
     pub offset: Option<f64>,
-    /// Of a distance, metres.
+    /// Length of a distance, metres.
     pub length: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! Robots that come, and that get a new model.
+//! Commands that add robots, and that replace their models.
 
 use std::sync::Arc;
 
@@ -11,47 +11,47 @@ use super::{CollisionPair, ContactSettings, JointOrientation};
 use crate::collision::Shapes;
 use crate::plain::pose3;
 
-/// A robot to bring into the world.
+/// Robot to add to the world.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Spawn {
-    /// Unique in the world; `[A-Za-z0-9_-]+`.
+    /// Name, unique in the world; `[A-Za-z0-9_-]+`.
     pub name: String,
-    /// Where the name is taken, add `_1`, `_2`, ... instead of refusing.
+    /// Whether to add `_1`, `_2`, ... if the name is taken, and not to refuse.
     pub allow_renaming: bool,
-    /// What it is.
+    /// Model of the robot.
     #[serde(skip, default = "no_model")]
     pub model: Arc<RobotModel>,
-    /// What it touches with; made from the model where there is time for it.
+    /// Collision shapes; made from the model outside the physics thread.
     #[serde(skip)]
     pub shapes: Arc<Shapes>,
-    /// `world_from_root`.
+    /// Pose `world_from_root`.
     #[serde(with = "pose3")]
     pub pose: DPose3,
-    /// Whether its root link can move; `None` fixes a root link called `world`.
+    /// Whether its root link is fixed; `None` fixes a root link called `world`.
     pub fixed_base: Option<bool>,
-    /// Whether its joints hold their position or are not actuated.
+    /// Whether its joints are not actuated; else they hold their position.
     pub passive: bool,
-    /// Positions to start from, rad or m, by joint name. Others start at zero, or
-    /// at the nearest limit where zero lies outside.
+    /// Initial positions by joint name, rad or m. Others start at zero, or at the nearest limit if zero is
+    /// beyond it.
     pub joint_positions: Vec<(String, f64)>,
-    /// Orientations of spherical joints to start from. Others start at 0 0 0 1.
+    /// Initial orientations of spherical joints. Others start at 0 0 0 1.
     pub joint_orientations: Vec<JointOrientation>,
-    /// How its contacts are configured.
+    /// Contact settings.
     pub contact_settings: ContactSettings,
-    /// Pairs of its own links that are switched off or on.
+    /// Enabled and disabled pairs of the robot's links.
     pub collision_pairs: Vec<CollisionPair>,
-    /// Stays at a reset of scope `spawned`.
+    /// Whether it stays at a reset of scope `spawned`.
     pub loaded_at_start: bool,
 }
 
-/// Instead of a model that a recording has as files.
+/// Returns a placeholder for a model that a recording has as files.
 fn no_model() -> Arc<RobotModel> {
     Arc::new(RobotModel::default())
 }
 
 impl Spawn {
-    /// Whether the root link of a robot cannot move, where `fixed_base` was asked for. Where nothing was asked for a link called
-    /// `world` is fixed, and one with a plane, which cannot move and touch.
+    /// Returns whether the root link of a robot cannot move, given the requested `fixed_base`. Without a
+    /// request, a link called `world` is fixed, and one with a plane, which could not move and touch.
     pub fn is_base_fixed(model: &RobotModel, fixed_base: Option<bool>) -> bool {
         let is_plane = |collision: &Collision| matches!(collision.geometry, Geometry::Plane { .. });
         let is_fixed = |root: &Link| root.name == "world" || root.collisions.iter().any(is_plane);
@@ -59,16 +59,16 @@ impl Spawn {
     }
 }
 
-/// A new model for a robot that is in the world. Keeps its name, pose and base,
-/// and position, velocity and target of every joint that both models have by name.
+/// New model for a robot in the world. It keeps its name, pose and base, and position, velocity and target of
+/// every joint that both models have by name.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Reload {
-    /// Its name.
+    /// Name of the robot.
     pub robot: String,
-    /// What it is now.
+    /// New model.
     #[serde(skip, default = "no_model")]
     pub model: Arc<RobotModel>,
-    /// What it touches with now.
+    /// New collision shapes.
     #[serde(skip)]
     pub shapes: Arc<Shapes>,
 }

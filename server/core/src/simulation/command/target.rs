@@ -1,4 +1,4 @@
-//! What joints are asked to do.
+//! Targets of joints.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use crate::simulation::target_sources::TargetSource;
 /// New targets for joints of one or several robots, all or none.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SetTargets {
-    /// Whose, and which.
+    /// Targets by robot.
     pub robots: Vec<RobotTargets>,
-    /// Refuse a target beyond a limit instead of clamping it.
+    /// Whether to refuse a target beyond a limit, and not to clamp it.
     pub refuse_beyond_limits: bool,
-    /// Who sets them. Nothing is allowed or refused by it.
+    /// Sender, which grants and refuses nothing.
     #[serde(skip)]
     pub source: Option<Arc<TargetSource>>,
 }
@@ -23,111 +23,111 @@ pub struct SetTargets {
 /// Targets for one robot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RobotTargets {
-    /// Its name.
+    /// Name of the robot.
     pub robot: String,
-    /// Refuse where the robot's layout is another; 0 for any.
+    /// Required layout version of the robot; 0 means any.
     pub layout_version: u64,
-    /// Applied first, to all actuated joints.
+    /// Target for all actuated joints, applied first.
     pub whole: Option<WholeTarget>,
-    /// Applied after that.
+    /// Targets of single joints, applied after that.
     pub joints: Vec<JointTarget>,
 }
 
-/// One mode for all actuated joints. Values are aligned with the robot's
-/// velocities in a [`PublishedState`](crate::PublishedState); positions of a spherical joint are its rotation vector.
+/// One mode for all actuated joints. Values are aligned with the robot's velocities in a
+/// [`PublishedState`](crate::PublishedState); positions of a spherical joint are its rotation vector.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum WholeTarget {
-    /// rad or m.
+    /// Positions, rad or m.
     Position(Vec<f64>),
-    /// rad/s or m/s.
+    /// Velocities, rad/s or m/s.
     Velocity(Vec<f64>),
-    /// N m or N.
+    /// Efforts, N m or N.
     Effort(Vec<f64>),
     /// No actuator.
     Passive,
-    /// Stay where they are.
+    /// Hold the present positions.
     Hold,
 }
 
-/// A target for a joint.
+/// Target for a joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTarget {
-    /// Its name.
+    /// Name of the joint.
     pub joint: String,
-    /// Which axis of a planar joint: 0 x, 1 y, 2 angle. Else 0.
+    /// Axis of a planar joint: 0 x, 1 y, 2 angle. Else 0.
     pub axis: u32,
-    /// What to do.
+    /// Target.
     pub target: Target,
 }
 
-/// What a joint is asked to do. SI units.
+/// Target of a joint, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Target {
-    /// Go to a position and stay there.
+    /// Move to a position and hold it.
     Position {
-        /// rad or m.
+        /// Position, rad or m.
         position: f64,
         /// Velocity that the damper pulls towards.
         velocity: f64,
-        /// N m/rad or N/m; `None` is the joint's default.
+        /// Stiffness, N m/rad or N/m; `None` is the joint's default.
         stiffness: Option<f64>,
-        /// N m s/rad or N s/m; `None` is critical for a given stiffness, else the default.
+        /// Damping, N m s/rad or N s/m; `None` is critical for a given stiffness, else the default.
         damping: Option<f64>,
-        /// Added to the actuator's effort.
+        /// Effort that is added to the actuator's.
         feed_forward: f64,
-        /// The most effort that is applied for this target; `None` is the joint's limit.
+        /// Maximum effort for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
-        /// How fast the setpoint advances; `None` is the joint's limit.
+        /// Maximum speed of the setpoint; `None` is the joint's limit.
         max_velocity: Option<f64>,
     },
-    /// Turn or slide at a velocity.
+    /// Move at a velocity.
     Velocity {
-        /// rad/s or m/s.
+        /// Velocity, rad/s or m/s.
         velocity: f64,
-        /// N m s/rad or N s/m; `None` is stiff enough for 0.1 % under gravity.
+        /// Damping, N m s/rad or N s/m; `None` is stiff enough for 0.1 % under gravity.
         damping: Option<f64>,
-        /// Added to the actuator's effort.
+        /// Effort that is added to the actuator's.
         feed_forward: f64,
-        /// The most effort that is applied for this target; `None` is the joint's limit.
+        /// Maximum effort for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
     },
     /// Apply an effort.
     Effort(f64),
-    /// No actuator; of all axes of a spherical joint.
+    /// No actuator; for all axes of a spherical joint.
     Passive,
-    /// Stay where the joint is; of all axes of a spherical joint.
+    /// Hold the joint's present position; for all axes of a spherical joint.
     Hold,
-    /// Turn a spherical joint to an orientation and stay there.
+    /// Turn a spherical joint to an orientation and hold it.
     Orientation {
-        /// Of the child in the joint's frame, of unit length.
+        /// Orientation of the child in the joint's frame, of unit length.
         #[serde(with = "quaternion")]
         orientation: DQuat,
         /// Velocity that the damper pulls towards, in the child's axes, rad/s.
         #[serde(with = "vector3")]
         velocity: DVec3,
-        /// N m/rad about each axis; `None` is the joint's default.
+        /// Stiffness about each axis, N m/rad; `None` is the joint's default.
         stiffness: Option<f64>,
-        /// N m s/rad about each axis; `None` is critical for a given stiffness, else the default.
+        /// Damping about each axis, N m s/rad; `None` is critical for a given stiffness, else the default.
         damping: Option<f64>,
-        /// Added to the actuator's torque, in the child's axes, N m.
+        /// Torque that is added to the actuator's, in the child's axes, N m.
         #[serde(with = "vector3")]
         feed_forward: DVec3,
-        /// The most torque about each axis that is applied for this target; `None` is the joint's limit.
+        /// Maximum torque about each axis for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
-        /// How fast the setpoint turns about each axis; `None` is the joint's limit.
+        /// Maximum speed of the setpoint about each axis; `None` is the joint's limit.
         max_velocity: Option<f64>,
     },
     /// Turn a spherical joint at a velocity.
     AngularVelocity {
-        /// In the child's axes, rad/s.
+        /// Angular velocity in the child's axes, rad/s.
         #[serde(with = "vector3")]
         velocity: DVec3,
-        /// N m s/rad about each axis; `None` is stiff enough for 0.1 % under gravity.
+        /// Damping about each axis, N m s/rad; `None` is stiff enough for 0.1 % under gravity.
         damping: Option<f64>,
-        /// Added to the actuator's torque, in the child's axes, N m.
+        /// Torque that is added to the actuator's, in the child's axes, N m.
         #[serde(with = "vector3")]
         feed_forward: DVec3,
-        /// The most torque about each axis that is applied for this target; `None` is the joint's limit.
+        /// Maximum torque about each axis for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
     },
     /// Apply a torque to a spherical joint, in the child's axes, N m.
@@ -135,7 +135,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// A position, with the joint's default gains.
+    /// Creates a position target with the joint's default gains.
     pub fn position(position: f64) -> Self {
         Self::Position {
             position,
@@ -148,7 +148,7 @@ impl Target {
         }
     }
 
-    /// An orientation, with the joint's default gains.
+    /// Creates an orientation target with the joint's default gains.
     pub fn orientation(orientation: DQuat) -> Self {
         Self::Orientation {
             orientation,
@@ -161,21 +161,21 @@ impl Target {
         }
     }
 
-    /// A velocity, with the joint's default damping.
+    /// Creates a velocity target with the joint's default damping.
     pub fn velocity(velocity: f64) -> Self {
         Self::Velocity { velocity, damping: None, feed_forward: 0.0, max_effort: None }
     }
 }
 
-/// A target that lay beyond a limit.
+/// Target that was beyond a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clamped {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// The joint's name.
+    /// Name of the joint.
     pub joint: String,
-    /// What was asked for.
+    /// Requested value.
     pub requested: f64,
-    /// The limit that is used.
+    /// Limit that is used instead.
     pub applied: f64,
 }

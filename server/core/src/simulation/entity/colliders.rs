@@ -1,4 +1,4 @@
-//! What a robot touches with, as its contact settings ask.
+//! Colliders of a robot, as its contact settings request.
 
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ use crate::simulation::check;
 use crate::simulation::contact_settings::LinkProperties;
 use crate::simulation::error::Error;
 
-/// Coulomb's coefficient at the most, and metres of that against rolling and spinning.
+/// Maximum of Coulomb's coefficient, and of friction against rolling and spinning in metres.
 const MOST_FRICTION: f64 = 1e6;
 
 impl Entity {
-    /// Makes the colliders anew, as the robot was asked to touch.
+    /// Rebuilds the colliders from the requested contact settings.
     pub(in crate::simulation) fn make_colliders(&mut self, shapes: &Arc<Shapes>) -> Result<(), Error> {
         let found = self.check_links(&self.state.contact_settings.links, "link_properties")?;
         let tree = self.body.tree();
@@ -30,12 +30,12 @@ impl Entity {
         self.check_self_collision(self.state.contact_settings.self_collision)?;
         self.filter_colliders();
         self.state.surfaces = self.colliders.surfaces().collect();
-        // A step allocates nothing, also not where a robot falls asleep.
+        // So that a step allocates nothing when a robot falls asleep.
         self.state.rest_poses.reserve(self.colliders.len());
         Ok(())
     }
 
-    /// Puts its links into groups, or one of them.
+    /// Sets the groups of all links, or of one of them.
     pub(in crate::simulation) fn set_groups(&mut self, link: Option<usize>, properties: &LinkProperties) {
         let all = 0..self.state.groups.len();
         for groups in &mut self.state.groups[link.map_or(all, |link| link..link + 1)] {
@@ -44,19 +44,19 @@ impl Entity {
         }
     }
 
-    /// Brings its colliders in line with what its state says of what it touches.
+    /// Updates the collision filter of its colliders from its state.
     pub(in crate::simulation) fn filter_colliders(&mut self) {
         let Self { state, body, colliders, .. } = self;
         let self_collision = state.contact_settings.self_collision;
         colliders.set_filter(body.tree(), self_collision, &state.groups, &state.collision_pairs);
     }
 
-    /// Whether it can touch itself, where it is to: before pairs of its colliders are listed.
+    /// Checks that it can have self-collision, if requested, before pairs of its colliders are listed.
     pub(in crate::simulation) fn check_self_collision(&self, self_collision: bool) -> Result<(), Error> {
         if self_collision { check_own_pairs(&self.state.name, &self.colliders) } else { Ok(()) }
     }
 
-    /// The same after a reload with other shapes, where it touches itself.
+    /// Checks that it can have self-collision after a reload with other shapes, if enabled.
     pub(in crate::simulation) fn check_reloaded(
         &self,
         tree: &Tree,
@@ -68,12 +68,12 @@ impl Entity {
         check_own_pairs(&self.state.name, &RobotColliders::new(tree, shapes, Surface::default()))
     }
 
-    /// Whether it can have these contact settings.
+    /// Checks that it can have these contact settings.
     pub(in crate::simulation) fn check_contact_settings(&self) -> Result<(), Error> {
         self.check_links(&self.state.contact_settings.links, "link_properties").map(|_links| ())
     }
 
-    /// Indices of the links, which the field `list` has; `None` for all of them.
+    /// Returns the indices of the links in the field `list`; `None` means all of them.
     pub(in crate::simulation) fn check_links(
         &self,
         links: &[LinkProperties],
@@ -109,7 +109,7 @@ impl Entity {
         links.iter().enumerate().map(check).collect()
     }
 
-    /// Its colliders where it is now.
+    /// Returns its colliders at its present pose.
     pub(in crate::simulation) fn placed_colliders(&self) -> RobotColliders {
         let tree = self.body.tree();
         let shapes = self.colliders.shapes();
@@ -121,7 +121,7 @@ impl Entity {
     }
 }
 
-/// Whether a robot with these colliders can touch itself.
+/// Checks that a robot with these colliders can have self-collision.
 pub(in crate::simulation) fn check_own_pairs(robot: &str, colliders: &RobotColliders) -> Result<(), Error> {
     let pairs = colliders.most_own_pairs();
     if pairs <= MOST_OWN_PAIRS {

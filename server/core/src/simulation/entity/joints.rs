@@ -1,4 +1,4 @@
-//! What a robot's joints and links are called, where their values lie, and which joints take targets.
+//! Names and indices of a robot's joints and links, and the joints that take targets.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::simulation::check;
 use crate::simulation::error::Error;
 
 impl Entity {
-    /// Index of a joint in the model.
+    /// Returns the index of a joint in the model.
     pub(in crate::simulation) fn joint(&self, joint: &str) -> Result<usize, Error> {
         self.model.joints.iter().position(|known| known.name == joint).ok_or_else(|| Error::JointNotFound {
             robot: self.state.name.clone(),
@@ -21,7 +21,7 @@ impl Entity {
         })
     }
 
-    /// Index of a link in the model.
+    /// Returns the index of a link in the model.
     pub(in crate::simulation) fn link(&self, link: &str) -> Result<usize, Error> {
         self.model.links.iter().position(|known| known.name == link).ok_or_else(|| Error::LinkNotFound {
             robot: self.state.name.clone(),
@@ -30,12 +30,12 @@ impl Entity {
         })
     }
 
-    /// Whether a joint is a ball joint.
+    /// Returns whether a joint is a ball joint.
     pub(in crate::simulation) fn is_spherical(&self, joint: usize) -> bool {
         self.model.joints[joint].kind == JointKind::Spherical
     }
 
-    /// The body of an axis of a joint that moves along one or, planar and spherical, three.
+    /// Returns the body of an axis of a joint with one axis or, if planar or spherical, three.
     pub(in crate::simulation) fn axis_body(&self, joint: usize, axis: u32) -> Result<usize, Error> {
         let name = &self.model.joints[joint].name;
         let bodies = self.body.tree().joints[joint].clone();
@@ -56,7 +56,7 @@ impl Entity {
             .ok_or_else(|| check::refuse("axis", axis, format!("the joint has axes 0 to {last}")))
     }
 
-    /// The body of an axis that takes targets.
+    /// Returns the body of an axis that takes targets.
     pub(in crate::simulation) fn actuated_body(&self, joint: usize, axis: u32) -> Result<usize, Error> {
         let index = self.axis_body(joint, axis)?;
         if let Some(mimic) = self.model.joints[joint].mimic {
@@ -69,7 +69,7 @@ impl Entity {
         Ok(index)
     }
 
-    /// Bodies that take targets, with their joint.
+    /// Returns the bodies that take targets, with their joints.
     pub(in crate::simulation) fn actuated(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let tree = self.body.tree();
         (0..tree.bodies.len())
@@ -77,7 +77,7 @@ impl Entity {
             .filter_map(|index| Some((tree.bodies[index].joint?, index)))
     }
 
-    /// Ranges of each joint of the model within the robot's own joint positions and velocities.
+    /// Returns the ranges of each joint of the model within the robot's joint positions and velocities.
     pub(in crate::simulation) fn joint_ranges(&self) -> (Vec<Range<usize>>, Vec<Range<usize>>) {
         let tree = self.body.tree();
         let (mut position, mut velocity) = (0, 0);
@@ -95,7 +95,7 @@ impl Entity {
     }
 }
 
-/// Whether a body's axis takes targets.
+/// Returns whether a body's axis takes targets.
 pub(super) fn is_actuated(model: &RobotModel, tree: &Tree, index: usize) -> bool {
     let body = &tree.bodies[index];
     let follows = |joint: usize| model.joints[joint].mimic.is_some();

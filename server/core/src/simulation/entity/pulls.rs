@@ -11,7 +11,7 @@ use crate::simulation::pull::{ActivePull, MOST_PULLS};
 use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
 impl Entity {
-    /// Replaces the pull on a link, if there is one.
+    /// Sets the pull on a link, replacing a previous one.
     pub(in crate::simulation) fn set_pull(&mut self, pull: ActivePull) {
         self.body.begin_external_change();
         match self.state.pulls.iter_mut().find(|known| known.link == pull.link) {
@@ -20,13 +20,14 @@ impl Entity {
         }
     }
 
-    /// Whether one more pull has room: on this link, or beside the others.
+    /// Returns whether one more pull has room: on this link, or in addition to the others.
     pub(in crate::simulation) fn has_room_for_pull(&self, link: usize) -> bool {
         let pulls = &self.state.pulls;
         pulls.len() < MOST_PULLS || pulls.iter().any(|known| known.link == link)
     }
 
-    /// Makes no pull stiffer than steps of this length can follow, where the links are now and with as many as there are.
+    /// Softens pulls to the stiffness that steps of this length can follow, at the present pose and with the
+    /// present number of pulls.
     pub(in crate::simulation) fn soften_pulls(&mut self, (h, integrator): (f64, Integrator)) {
         let mut pulls = std::mem::take(&mut self.state.pulls);
         let count = pulls.len();
@@ -44,8 +45,8 @@ impl Entity {
         self.state.pulls.retain(|known| known.link != link);
     }
 
-    /// Where a point of a link is, and how an impulse there moves it: world; see [`Articulation::mobility`]. `None` where the link
-    /// is part of a base that is fixed.
+    /// Returns the position of a point of a link, and its mobility, world; see [`Articulation::mobility`].
+    /// Returns `None` if the link belongs to a fixed base.
     ///
     /// [`Articulation::mobility`]: crate::dynamics::Articulation::mobility
     pub(in crate::simulation) fn point_mobility(
@@ -62,7 +63,7 @@ impl Entity {
         Some((at, self.body.mobility(body, at, h, integrator)))
     }
 
-    /// The mass of a link and of all that it carries, kg; zero where it cannot move.
+    /// Returns the mass of a link and of its load, kg; zero if it cannot move.
     pub(in crate::simulation) fn carried_mass(&self, link: usize) -> f64 {
         let tree = self.body.tree();
         let Some(first) = tree.links.get(link).and_then(|frame| frame.body) else { return 0.0 };
@@ -79,7 +80,7 @@ impl Entity {
         mass
     }
 
-    /// Adds the forces of pulls to those from outside, for where the links are and how they move.
+    /// Adds the forces of pulls to the external ones, for the present motion of the links.
     pub(super) fn add_pull_forces(&mut self) {
         if self.state.pulls.is_empty() {
             return;
@@ -100,8 +101,8 @@ impl Entity {
         }
     }
 
-    /// After a step of so many seconds: takes out pulls that are over. What they applied last is published with the
-    /// wrenches that have expired. Says whether there were any.
+    /// Removes expired pulls after a step of `time_step` seconds. Their last forces are published with
+    /// expired wrenches. Returns whether there were any.
     pub(super) fn end_pulls(&mut self, time_step: f64) -> bool {
         let state = &mut self.state;
         state.pulls.iter_mut().for_each(|pull| pull.remaining -= time_step);

@@ -1,4 +1,4 @@
-//! The sensors of a robot: where they can be, what they are called, where their odometry begins.
+//! Sensors of a robot: their mounts, their names, and the origin of their odometry.
 
 use std::sync::Arc;
 
@@ -13,29 +13,29 @@ use crate::simulation::error::Error;
 use crate::simulation::sensors::{SensorDefinition, SensorOrigin, SensorState};
 
 impl Entity {
-    /// Gives a robot that comes the sensors of its description.
+    /// Adds the sensors of its description to a new robot.
     pub(in crate::simulation) fn add_described_sensors(&mut self, now: f64) {
         let model = Arc::clone(&self.model);
         for sensor in model.setup.sensors.iter().take(MAX_SENSORS_PER_ROBOT) {
-            // Its numbers were judged when it was read: what is refused is of a model that was not read.
+            // Its numbers were checked when it was read: only models from elsewhere can be refused.
             if let Some(definition) = self.described_definition(sensor) {
                 self.add_sensor(definition, now);
             }
         }
     }
 
-    /// Puts the walks, the odometry and the backlash of its sensors back, where it is now.
+    /// Resets the random walks, odometry and backlash of its sensors at its present pose.
     pub(in crate::simulation) fn put_sensors_back(&mut self) {
         self.for_each_sensor(SensorState::put_back);
     }
 
-    /// Gives it a sensor that begins at this sim time.
+    /// Adds a sensor that starts at this sim time.
     pub(in crate::simulation) fn add_sensor(&mut self, definition: SensorDefinition, now: f64) {
         let origin = self.sensor_origin(&definition);
         self.state.sensors.push(SensorState::new(definition, now, origin));
     }
 
-    /// Does something with each sensor and where it would begin now.
+    /// Calls `change` with each sensor and its present origin.
     pub(in crate::simulation) fn for_each_sensor(
         &mut self,
         mut change: impl FnMut(&mut SensorState, SensorOrigin),
@@ -47,7 +47,7 @@ impl Entity {
         }
     }
 
-    /// A step is over: encoders with backlash go along with their joints.
+    /// Updates encoders with backlash from their joints after a step.
     pub(in crate::simulation) fn move_encoders(&mut self) {
         let Self { body, state, .. } = self;
         for sensor in &mut state.sensors {
@@ -66,7 +66,7 @@ impl Entity {
         SensorOrigin { start: self.sensor_start(definition), joint: joint.unwrap_or_default() }
     }
 
-    /// `world_from_sensor` where its odometry begins; nothing else asks for it.
+    /// Returns `world_from_sensor` at which its odometry begins; identity for other sensors.
     fn sensor_start(&self, definition: &SensorDefinition) -> DPose3 {
         if !matches!(definition.kind, SensorKind::Odometry) {
             return DPose3::IDENTITY;
@@ -76,12 +76,12 @@ impl Entity {
         poses.get(definition.link).map_or(DPose3::IDENTITY, |link| *link * definition.pose)
     }
 
-    /// Index of a sensor by name.
+    /// Returns the index of a sensor by name.
     pub(in crate::simulation) fn sensor_index(&self, name: &str) -> Option<usize> {
         self.state.sensors.iter().position(|sensor| sensor.definition.name == name)
     }
 
-    /// The name, or for an empty one the kind's with the first number that is free.
+    /// Returns the name, or for an empty one the type's name with the first free number.
     pub(in crate::simulation) fn free_sensor_name(
         &self,
         name: &str,
@@ -109,7 +109,7 @@ impl Entity {
         Ok(name.to_owned())
     }
 
-    /// What a sensor of a kind is on, and its link, where these were asked for.
+    /// Returns the mount of a sensor of this type and its link, for the requested ones.
     pub(in crate::simulation) fn sensor_mount(
         &self,
         kind: &SensorKind,
@@ -138,11 +138,11 @@ impl Entity {
             let expected = "an encoder is of a joint that turns or slides about one axis";
             return Err(check::refuse("joint", format!("{joint:?}"), expected));
         }
-        // Each joint has the link after it.
+        // The child of each joint is the link after it.
         Ok((on, index + 1))
     }
 
-    /// Whether a sensor of a kind can be on that.
+    /// Returns whether a sensor of this type can have this mount.
     fn can_bear(&self, kind: &SensorKind, on: SensorMount) -> bool {
         match on {
             SensorMount::Link(link) => !kind.is_of_joint() && link < self.model.links.len(),
@@ -174,7 +174,7 @@ impl Entity {
         })
     }
 
-    /// A sensor that another model had, where this one has its link or joint by name.
+    /// Returns the definition of another model's sensor, if this one has its link or joint by name.
     pub(in crate::simulation) fn carried_definition(
         &self,
         old: &RobotModel,
@@ -191,7 +191,8 @@ impl Entity {
         })
     }
 
-    /// Whether sensors that came from elsewhere can be this robot's, in a world at this sim time; what is wrong is a fragment of a sentence.
+    /// Checks sensors from elsewhere against this robot, in a world at this sim time. The error is a fragment
+    /// of a sentence.
     pub(in crate::simulation) fn check_sensors(&self, now: f64) -> Result<(), String> {
         let count = self.state.sensors.len();
         if count > MAX_SENSORS_PER_ROBOT {
@@ -219,14 +220,14 @@ impl Entity {
     }
 }
 
-/// The position of a joint of one axis.
+/// Returns the position of a joint of one axis.
 fn joint_position(body: &Articulation, joint: usize) -> Option<f64> {
     let tree = body.tree();
     let moved = tree.bodies.get(tree.joints.get(joint)?.start)?;
     body.positions().get(moved.position).copied()
 }
 
-/// Of a joint its child, which is the link after it.
+/// Returns the link; for a joint its child, which is the link after it.
 fn link_of(on: SensorMount) -> usize {
     match on {
         SensorMount::Link(link) => link,

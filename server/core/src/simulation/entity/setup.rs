@@ -1,4 +1,4 @@
-//! A robot as its description says that it begins: see [`simd_model::setup`].
+//! Initial setup of a robot from its description: see [`simd_model::setup`].
 
 use simd_model::RobotModel;
 use simd_model::setup::{DriveMode, JointSetup, Spring};
@@ -9,7 +9,7 @@ use crate::collision::Groups;
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Actuator, Axis, Mode, Tree};
 
-/// The bodies of joints of one axis and of ball joints, of which there are three each, where something is said of the joint.
+/// Returns the bodies of joints with a setup: of joints of one axis, and the three of ball joints.
 fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> Vec<(&'m JointSetup, usize)> {
     let of = |setup: &'m JointSetup| {
         let bodies = tree.joints.get(setup.joint).cloned().unwrap_or_default();
@@ -27,7 +27,7 @@ fn is_ball(tree: &Tree, body: usize) -> bool {
     matches!(tree.bodies[body].joint_type, JointType::Spherical { .. })
 }
 
-/// Writes rotor inertias and springs into the settings of axes.
+/// Copies rotor inertias and springs to the settings of axes.
 pub(super) fn set_axes(model: &RobotModel, tree: &Tree, axes: &mut [Axis]) {
     for (setup, body) in bodies(model, tree) {
         let settings = &mut axes[tree.bodies[body].velocity].settings;
@@ -37,13 +37,13 @@ pub(super) fn set_axes(model: &RobotModel, tree: &Tree, axes: &mut [Axis]) {
     }
 }
 
-/// First positions by index of the position.
+/// Returns the initial positions by index of the position.
 pub(super) fn positions(model: &RobotModel, tree: &Tree) -> Vec<(usize, f64)> {
     let bodies = bodies(model, tree).into_iter().filter(|(_, body)| !is_ball(tree, *body));
     bodies.filter_map(|(setup, body)| Some((tree.bodies[body].position, setup.position?))).collect()
 }
 
-/// The groups of each link.
+/// Returns the groups of each link.
 pub(super) fn groups(model: &RobotModel) -> Vec<Groups> {
     let mut groups = vec![Groups::default(); model.links.len()];
     for said in &model.setup.groups {
@@ -55,7 +55,7 @@ pub(super) fn groups(model: &RobotModel) -> Vec<Groups> {
 }
 
 impl Entity {
-    /// Has actuators do what the description says, unless none of the robot is to be driven.
+    /// Starts actuators as described, unless the robot is passive.
     pub(super) fn begin_as_described(&mut self, passive: bool) {
         let model = std::sync::Arc::clone(&self.model);
         let tree = std::sync::Arc::clone(self.body.tree());
@@ -73,7 +73,7 @@ impl Entity {
         self.use_described_gains();
     }
 
-    /// Puts the description's gains instead of those that follow from inertia.
+    /// Replaces the gains derived from inertia by the description's.
     pub(in crate::simulation) fn use_described_gains(&mut self) {
         let model = std::sync::Arc::clone(&self.model);
         let tree = std::sync::Arc::clone(self.body.tree());

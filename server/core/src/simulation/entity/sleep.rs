@@ -1,36 +1,37 @@
-//! Whether a robot is looked at by a step.
+//! Which steps need a robot.
 
 use super::Entity;
 use crate::dynamics::spatial::Spatial;
 
 impl Entity {
-    /// Whether it takes part in the simulation.
+    /// Returns whether it takes part in the simulation.
     pub(in crate::simulation) fn is_active(&self) -> bool {
         self.state.disabled.is_none()
     }
 
-    /// Whether any of it can move.
+    /// Returns whether any part of it can move.
     pub(in crate::simulation) fn moves(&self) -> bool {
         !self.body.tree().bodies.is_empty()
     }
 
-    /// Whether a step has it in a group, with others or alone: it takes part, and some of it can move.
+    /// Returns whether a step has it in a group, with others or alone: it is active, and part of it can move.
     pub(in crate::simulation) fn is_solved(&self) -> bool {
         self.is_active() && self.moves()
     }
 
-    /// Whether nothing asks where it is before it is solved, since it has no shapes. Then it is fetched into the cache once in each part of
-    /// a step, and not for its poses first.
+    /// Returns whether nothing needs its pose before it is solved, since it has no shapes. It is then fetched
+    /// into the cache once in each part of a step, and not first for its poses.
     pub(in crate::simulation) fn begins_late(&self) -> bool {
         self.is_solved() && self.colliders.is_empty()
     }
 
-    /// Whether a step changes it.
+    /// Returns whether a step changes it.
     pub(in crate::simulation) fn is_awake(&self) -> bool {
         !self.state.asleep && self.is_solved()
     }
 
-    /// Whether no step changes it, nor has anything left to do for it: it cannot move, and its shapes are in place.
+    /// Returns whether no step changes it or has anything left to do for it: it cannot move, and its shapes
+    /// are placed.
     pub(in crate::simulation) fn is_idle(&self) -> bool {
         let state = &self.state;
         !self.moves()
@@ -46,7 +47,7 @@ impl Entity {
         !tree.fixed_base && tree.bodies.len() == 1
     }
 
-    /// A single free body that nothing pushes.
+    /// Returns whether it is a single free body without applied forces.
     pub(in crate::simulation) fn may_sleep(&self) -> bool {
         self.is_free_body()
             && self.state.pulls.is_empty()
@@ -59,7 +60,7 @@ impl Entity {
         self.body.velocities_mut().fill(0.0);
     }
 
-    /// Makes a step look at it again.
+    /// Wakes it.
     pub(in crate::simulation) fn wake(&mut self) {
         if self.state.asleep {
             self.state.asleep = false;

@@ -8,7 +8,7 @@ use crate::dynamics::spatial::{Placement, Spatial};
 use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
 impl Entity {
-    /// Writes wrenches and pulls into the dynamics, each body's sum in its own frame.
+    /// Writes wrenches and pulls to the dynamics, each body's sum in its own frame.
     pub(in crate::simulation) fn update_external_forces(&mut self) {
         self.body.external_mut().fill(Spatial::ZERO);
         self.add_pull_forces();
@@ -20,8 +20,8 @@ impl Entity {
         }
     }
 
-    /// Adds a wrench. One with a duration or until cleared replaces those before on that link; one for the next
-    /// step is added to the others for it, so that there are never more than a few per link.
+    /// Adds a wrench. One with a duration or until cleared replaces those before on that link. One for the
+    /// next step is added to the others for it, so that there are never more than a few for each link.
     pub(in crate::simulation) fn add_wrench(&mut self, wrench: ActiveWrench) {
         self.body.begin_external_change();
         let ActiveWrench { link, force, torque, in_link_axes, point, duration, .. } = wrench;
@@ -59,14 +59,14 @@ impl Entity {
         }
     }
 
-    /// Suspends the wrench on a link that acts until it is cleared, or lets it act again.
+    /// Suspends the wrench on a link that acts until it is cleared, or resumes it.
     fn set_suspended(&mut self, link: usize, suspended: bool) {
         let lasting =
             |known: &&mut ActiveWrench| known.link == link && known.duration == WrenchDuration::UntilCleared;
         self.state.applied_wrenches.iter_mut().filter(lasting).for_each(|known| known.suspended = suspended);
     }
 
-    /// Before a step: a wrench that was suspended by an expired one acts again.
+    /// Resumes wrenches before a step that an expired one had suspended.
     pub(in crate::simulation) fn begin_wrenches(&mut self) {
         while let Some(over) = self.state.expired_wrenches.pop() {
             let is_timed = |known: &ActiveWrench| known.link == over.link && known.is_timed();
@@ -76,7 +76,7 @@ impl Entity {
         }
     }
 
-    /// After a step of so many seconds: takes out expired wrenches.
+    /// Removes expired wrenches after a step of `time_step` seconds.
     pub(in crate::simulation) fn end_wrenches(&mut self, time_step: f64) {
         for wrench in &mut self.state.applied_wrenches {
             if let WrenchDuration::For(remaining) = &mut wrench.duration {
@@ -100,13 +100,13 @@ impl Entity {
     }
 }
 
-/// `world_from_link`, of vectors.
+/// Returns the rotation `world_from_link`.
 fn link_rotation(body: &Articulation, link: usize) -> DQuat {
     body.tree().link_rotation(body.root_pose().rotation, body.positions(), link)
 }
 
-/// Which body a wrench acts on, and its force and torque about that body's origin, in its axes; `None` where the link is of a base
-/// that is fixed.
+/// Returns the body that a wrench acts on, and its force and torque about that body's origin, in its axes.
+/// Returns `None` if the link belongs to a fixed base.
 fn on_body(body: &Articulation, wrench: &ActiveWrench) -> Option<(usize, Spatial)> {
     let frame = body.tree().links.get(wrench.link)?;
     let index = frame.body?;

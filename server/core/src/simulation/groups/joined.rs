@@ -1,15 +1,16 @@
-//! Which robots are in one group.
+//! Union-find of robots in groups.
 
-/// Sets of robots that are joined one pair after the other (Galler and Fischer, "An improved equivalence algorithm", 1964).
+/// Sets of robots that are joined pair by pair (Galler and Fischer, "An improved equivalence algorithm",
+/// 1964).
 #[derive(Debug, Default)]
 pub(super) struct Joined {
-    /// Of each robot: one on the way to its set's first.
+    /// For each robot: one on the way to the first of its set.
     above: Vec<usize>,
     is_any: bool,
 }
 
 impl Joined {
-    /// So many robots, each of which is alone.
+    /// Starts with `count` robots, each of them alone.
     pub(super) fn begin(&mut self, count: usize) {
         self.above.clear();
         self.above.extend(0..count);
@@ -22,7 +23,7 @@ impl Joined {
         self.is_any |= a != b;
     }
 
-    /// All are joined that will be.
+    /// Completes the sets after all pairs are joined.
     pub(super) fn end(&mut self) {
         if self.is_any {
             for robot in 0..self.above.len() {
@@ -31,17 +32,18 @@ impl Joined {
         }
     }
 
-    /// Whether any two are.
+    /// Returns whether any two are joined.
     pub(super) fn is_any(&self) -> bool {
         self.is_any
     }
 
-    /// The first robot of a robot's set, once all are joined.
+    /// Returns the first robot of a robot's set, once all are joined.
     pub(super) fn first(&self, robot: usize) -> usize {
         self.above[robot]
     }
 
-    /// The same meanwhile. Halves the way for the next time.
+    /// Returns the first robot of a robot's set before all are joined. Halves the search path for the next
+    /// time.
     fn find(&mut self, mut robot: usize) -> usize {
         let above = &mut self.above;
         while above[robot] != robot {

@@ -1,29 +1,31 @@
-//! A group without those of its robots that cannot be solved together with others.
+//! Solution of a group without robots that cannot be solved together with others.
 
 use super::{Group, Joined, Member};
 use crate::dynamics::LARGEST_STATE;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::island::ActiveConstraint;
 
-/// Robots of a group that a contact or a constraint moves, by their place in it.
+/// Robots of a group that a contact or a constraint moves, by their index in the group.
 type Moved = [Option<usize>; 2];
 
 impl<'a> Group<'_, 'a> {
-    /// Whether it can be solved as it is: new velocities are finite, and where there are several robots, not beyond all bounds.
+    /// Returns whether it can be solved unchanged: new velocities are finite and, for several robots, within
+    /// [`LARGEST_STATE`].
     pub(in crate::simulation) fn is_sound(&self) -> bool {
         let most = if self.robots.len() > 1 { LARGEST_STATE } else { f64::MAX };
         self.robots.iter().all(|member| member.robot.body.new_velocities_are_within(most))
     }
 
-    /// Calls `solve` with each group that there would be without the robots that are not sound, and with each of these by itself.
-    /// Nothing acts on them in this part of a step, not even what cannot move. False where `solve` says so; then others may not be solved.
+    /// Calls `solve` with each group that remains without unsound robots, and with each unsound robot alone.
+    /// Nothing acts on the latter in this part of a step, not even immovable robots. Returns false if `solve`
+    /// does; others may then be unsolved.
     ///
-    /// The order of the robots, and of what acts on them, is another one after it.
+    /// The order of the robots, and of what acts on them, changes.
     pub(in crate::simulation) fn solve_without_unsound(
         &mut self,
         mut solve: impl FnMut(Group<'_, 'a>) -> bool,
     ) -> bool {
-        // Takes memory. It is rare: most that are not sound are disabled at the end of the step.
+        // Allocates. It is rare: most unsound robots are disabled at the end of the step.
         let indices = self.indices;
         let sound = |member: &Member<'_>| member.robot.body.new_velocities_are_within(LARGEST_STATE);
         let are_sound: Vec<bool> = self.robots.iter().map(sound).collect();
@@ -43,7 +45,7 @@ impl<'a> Group<'_, 'a> {
             }
         }
         joined.end();
-        // `None` where a robot that is not sound takes part.
+        // `None` if an unsound robot takes part.
         let leader_of = |moved: Moved| {
             let mut moved = moved.into_iter().flatten();
             let is_whole = moved.clone().all(|robot| are_sound[robot]);
@@ -92,7 +94,7 @@ fn moved_by_contact(indices: &[usize], contact: &Contact) -> Moved {
     })
 }
 
-/// The robots are still in their order.
+/// Returns the robots of a constraint, while they are still in order.
 fn moved_by_link(robots: &[Member<'_>], indices: &[usize], link: &ActiveConstraint<'_>) -> Moved {
     link.constraint.definition.ends.map(|end| {
         let (robot, link) = end.link?;
@@ -101,13 +103,13 @@ fn moved_by_link(robots: &[Member<'_>], indices: &[usize], link: &ActiveConstrai
     })
 }
 
-/// Puts things in the order of their groups, those without one first, and says which each belongs to.
+/// Sorts items by their groups, those without one first, and returns the group of each.
 fn sort_by<T>(things: &mut [T], group: impl Fn(&T) -> Option<usize>) -> Vec<Option<usize>> {
     things.sort_by_key(&group);
     things.iter().map(group).collect()
 }
 
-/// Takes so many of the first.
+/// Removes and returns the first `count` items.
 fn cut_off<'b, T>(things: &mut &'b mut [T], count: usize) -> &'b mut [T] {
     let (taken, others) = std::mem::take(things).split_at_mut(count);
     *things = others;

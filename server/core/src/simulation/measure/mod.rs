@@ -1,6 +1,6 @@
-//! What sensors measure, found from a published state alone, on any thread.
+//! Measurements of sensors, from a published state alone, on any thread.
 //!
-//! * `reading`: what is measured.
+//! * `reading`: readings.
 //! * `motion`: inertial units, states of links, odometry, forces and torques of joints.
 //! * `touch`: contact.
 //! * `scan`: rays.
@@ -24,22 +24,22 @@ use super::sensors::{DueSample, SampleNoise};
 use crate::collision::scene::Scene;
 
 impl PublishedState {
-    /// Adds the readings of samples that the step to this state has taken to a list, in their order. There is none for a sample that was lost or is
-    /// of another step. What several of them need of a robot, or of all shapes, is computed once where they follow each
-    /// other.
+    /// Appends the readings of samples taken by the step to this state, in their order. Lost samples and
+    /// those of another step have none. Intermediate results for a robot, or for all shapes, are computed
+    /// once for consecutive samples.
     pub fn readings(&self, due: &[DueSample], readings: &mut Vec<SensorReading>) {
         let mut measuring = Measuring::new(self);
         readings.extend(due.iter().filter_map(|sample| measuring.reading(sample, &|| false)));
     }
 
-    /// The reading of one sample that the step to this state has taken. Gives up, with nothing, as soon as `is_cancelled`, which is
-    /// asked before each robot and each line of rays.
+    /// Returns the reading of one sample taken by the step to this state. Returns `None` as soon as
+    /// `is_cancelled`, which is called before each robot and each line of rays.
     pub fn reading(&self, due: &DueSample, is_cancelled: &dyn Fn() -> bool) -> Option<SensorReading> {
         Measuring::new(self).reading(due, is_cancelled)
     }
 }
 
-/// What was computed for the sample before, and may serve the next one.
+/// Intermediate results of the previous sample, which the next one may reuse.
 struct Measuring<'s> {
     state: &'s PublishedState,
     motion: Option<RobotMotion>,
@@ -114,7 +114,7 @@ impl<'s> Measuring<'s> {
         self.motion.as_mut()
     }
 
-    /// The rays of a sensor, from where it is.
+    /// Returns the rays of a sensor, from its pose.
     fn rays(&mut self, due: &DueSample, is_cancelled: &dyn Fn() -> bool) -> Option<scan::Rays<'_>> {
         let entity = self.state.world.entities.get(due.robot)?;
         let body = entity.tree.links.get(due.definition.link)?.body;
@@ -126,7 +126,8 @@ impl<'s> Measuring<'s> {
     }
 }
 
-/// Of the joint itself, or with backlash of the shaft that goes along with it: that stands still while the joint takes up the play.
+/// Returns the position of the joint or, with backlash, of the shaft, which stands still while the joint
+/// takes up the play.
 fn encoder(
     state: &PublishedState,
     due: &DueSample,

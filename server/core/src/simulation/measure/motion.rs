@@ -1,4 +1,5 @@
-//! What follows from how a robot moves: inertial units, states of links, odometry, forces and torques of joints.
+//! Measurements from a robot's motion: inertial units, states of links, odometry, forces and torques of
+//! joints.
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_model::sensor::{Channels, WrenchAxes, WrenchDirection};
@@ -8,19 +9,19 @@ use crate::dynamics::link_motion::LinkMotion;
 use crate::simulation::published_state::PublishedState;
 use crate::simulation::sensors::{DueSample, SampleNoise};
 
-/// How a robot moves at a moment.
+/// Motion of a robot at a moment.
 pub(super) struct RobotMotion {
     pub(super) robot: usize,
     /// `world_from_link` of each link.
     pub(super) poses: Vec<DPose3>,
-    /// In the base's axes.
+    /// Motion of each link, in the base's axes.
     links: Vec<LinkMotion>,
     world_from_base: DQuat,
-    /// Force and torque of each joint, once they were asked for.
+    /// Force and torque of each joint, once requested.
     reactions: Option<Vec<[DVec3; 2]>>,
 }
 
-/// Where a sensor is and how it moves, world axes.
+/// Pose and motion of a sensor, world axes.
 pub(super) struct SensorMotion {
     pub(super) pose: DPose3,
     linear: DVec3,
@@ -29,14 +30,15 @@ pub(super) struct SensorMotion {
 }
 
 impl SensorMotion {
-    /// `world_from_sensor` so many seconds before, as if its twist had been the same in its own axes all the while: on a screw (Murray,
-    /// Li and Sastry 1994, "A mathematical introduction to robotic manipulation", equation 2.36).
+    /// Returns `world_from_sensor` some seconds before, as if its twist had been constant in its own axes.
+    /// This is motion on a screw (Murray, Li and Sastry 1994, "A mathematical introduction to robotic
+    /// manipulation", equation 2.36).
     pub(super) fn before(&self, seconds: f64) -> DPose3 {
         let sensor_from_world = self.pose.rotation.inverse();
         let turn = sensor_from_world * self.angular * -seconds;
         let way = sensor_from_world * self.linear * -seconds;
         let angle = turn.length();
-        // (1 - cos x) / x^2 and (x - sin x) / x^3, whose differences are lost to rounding where x is small.
+        // (1 - cos x) / x^2 and (x - sin x) / x^3, whose differences cancel if x is small.
         let (first, second) = if angle < 1e-4 {
             (0.5, 1.0 / 6.0)
         } else {
@@ -67,8 +69,8 @@ impl RobotMotion {
         })
     }
 
-    /// The specific force is a - g, in the sensor's axes: what a mass on springs shows (Titterton and Weston, "Strapdown inertial
-    /// navigation technology", section 2.2).
+    /// Returns the inertial measurement. The specific force is a - g, in the sensor's axes, as shown by a
+    /// mass on springs (Titterton and Weston, "Strapdown inertial navigation technology", 2.2).
     pub(super) fn imu(&self, due: &DueSample, noise: &SampleNoise<'_>) -> Option<ImuMeasurement> {
         let SensorMotion { pose, linear: _, angular, acceleration } = self.sensor(due)?;
         let sensor_from_world = pose.rotation.inverse();
@@ -92,7 +94,7 @@ impl RobotMotion {
         Some(with_noise(start_from_sensor, sensor_from_world * linear, sensor_from_world * angular, noise))
     }
 
-    /// Force and torque of a joint's parent on its child, in the child's frame and about its origin.
+    /// Returns force and torque of a joint's parent on its child, in the child's frame and about its origin.
     pub(super) fn reaction(
         &mut self,
         state: &PublishedState,
@@ -105,7 +107,8 @@ impl RobotMotion {
         self.reactions.as_ref()?.get(joint).copied()
     }
 
-    /// The same as a sensor has it: about its origin, in the axes and of the direction that were asked for.
+    /// Returns force and torque as the sensor measures them: about its origin, in the configured axes and
+    /// direction.
     pub(super) fn wrench(
         &self,
         state: &PublishedState,

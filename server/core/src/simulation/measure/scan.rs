@@ -1,4 +1,4 @@
-//! What rays measure.
+//! Measurements of rays.
 
 use glamx::{DPose3, DVec3};
 use simd_model::sensor::{RangeLimits, Scan};
@@ -7,24 +7,24 @@ use super::motion::SensorMotion;
 use crate::collision::scene::{PlacedShape, Scene};
 use crate::simulation::sensors::{RayNoise, SampleNoise};
 
-/// The rays of a sensor: from where it is, to all but the body that it sits on.
+/// Rays of a sensor, from its pose, which ignore the body that it is mounted on.
 pub(super) struct Rays<'s> {
     pub(super) scene: &'s Scene,
-    /// Where it is, and how it came there.
+    /// Pose and motion of the sensor.
     pub(super) motion: SensorMotion,
-    /// From one scan to the next, seconds.
+    /// Time between scans, seconds.
     pub(super) period: f64,
-    /// Its robot and the body of its link: all links that fixed joints connect to it are not seen.
+    /// Robot of the sensor and body of its link: links that fixed joints connect to it are invisible.
     pub(super) own: (usize, Option<usize>),
 }
 
 impl Rays<'_> {
-    /// One ray along x.
+    /// Measures one ray along x.
     pub(super) fn range(&self, limits: &RangeLimits, noise: &SampleNoise<'_>) -> f64 {
         self.measured(&self.motion.pose, DVec3::X, limits, &noise.rays(), 0)
     }
 
-    /// All rays, line by line; nothing once `is_cancelled`.
+    /// Measures all rays, line by line; `None` once `is_cancelled`.
     pub(super) fn scan(
         &self,
         scan: &Scan,
@@ -34,7 +34,8 @@ impl Rays<'_> {
         let Scan { horizontal, vertical, range, rolling } = scan;
         let noise = noise.rays();
         let columns = horizontal.samples;
-        // Those who correct such scans take the twist within one as constant too (Zhang and Singh 2014, "LOAM", section V).
+        // Corrections of such scans take the twist within one as constant too (Zhang and Singh 2014, "LOAM",
+        // section V).
         let pose_of = |column: u32| match rolling {
             true => self.motion.before(self.period * f64::from(columns - 1 - column) / f64::from(columns)),
             false => self.motion.pose,
@@ -57,7 +58,7 @@ impl Rays<'_> {
         Some(ranges)
     }
 
-    /// The range along a direction of the sensor's frame, of unit length, with noise.
+    /// Returns the range along a direction of the sensor's frame, of unit length, with noise.
     fn measured(
         &self,
         pose: &DPose3,
@@ -74,7 +75,8 @@ impl Rays<'_> {
         }
     }
 
-    /// REP 117: infinite where nothing is in reach, minus infinity where it is too near.
+    /// Returns the range without noise, by REP 117: infinite if nothing is in range, minus infinity if it is
+    /// too near.
     fn true_range(&self, pose: &DPose3, direction: DVec3, limits: &RangeLimits) -> f64 {
         let from = pose.translation;
         let to = from + pose.rotation * direction * limits.most;

@@ -1,4 +1,4 @@
-//! What touches a link.
+//! Measurement of contacts of a link.
 
 use glamx::DVec3;
 use simd_model::sensor::Channels;
@@ -7,7 +7,7 @@ use super::reading::{ContactMeasurement, ContactPartner, MAX_CONTACT_PARTNERS};
 use crate::simulation::published_state::{ContactReport, PublishedState};
 use crate::simulation::sensors::{DueSample, SampleNoise};
 
-/// Forces are means over the last step.
+/// Measures the contacts of a link. Forces are means over the last step.
 pub(super) fn contact(
     state: &PublishedState,
     due: &DueSample,

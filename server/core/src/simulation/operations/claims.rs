@@ -1,8 +1,8 @@
-//! Claims: who takes robots, joints and the world, and what others may do then.
+//! Claims: reservation of robots, joints and the world, and the rights of other clients.
 //!
-//! A claim covers every change of what it names, not its targets alone. What concerns the whole world (its state of
-//! running, physics, resets, going back to a kept state) concerns all who hold a claim: while another client
-//! does, it asks for a claim on the world.
+//! A claim covers every change of its objects, not only targets. Actions on the whole world (running,
+//! physics, resets, restoring a state) concern all holders of claims. While another client holds one, they
+//! require a claim on the world.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::simulation::error::Error;
 use crate::simulation::event::Claimed;
 use crate::simulation::{EventKind, Reply, Simulation};
 
-/// What of one robot is claimed.
+/// Claimed objects of one robot.
 struct Wanted {
     robot: usize,
     whole: bool,
@@ -21,7 +21,7 @@ struct Wanted {
 }
 
 impl Simulation {
-    /// Whether the holder of `claim`, or a client without one, may do what a command does.
+    /// Checks whether the holder of `claim`, or a client without one, may do what a command does.
     pub(in crate::simulation) fn allow(
         &self,
         command: &Command,
@@ -32,12 +32,12 @@ impl Simulation {
         {
             return Err(Error::ClaimNotFound);
         }
-        // Where nothing is claimed, all is allowed: what comes with every step has nothing to look up.
+        // Without claims, all is allowed: frequent commands have nothing to look up.
         if self.claims.is_empty() {
             return Ok(());
         }
         match command {
-            // Joint by joint, where they are looked up.
+            // Joint by joint, where they are resolved.
             Command::SetTargets(_) | Command::FollowTrajectory(_) | Command::CancelTrajectory { .. } => {
                 Ok(())
             }
@@ -82,10 +82,11 @@ impl Simulation {
         }
     }
 
-    /// Whether the world may be paused, played, reset and the like.
+    /// Checks whether the world may be paused, played, reset and the like.
     ///
     /// # Errors
-    /// Returns an error if another client has claimed the world, or anything in it while `claim` is not on the world.
+    /// Returns an error if another client has claimed the world, or anything in it while `claim` is not on
+    /// the world.
     pub fn allow_world(&self, claim: Option<ClaimId>) -> Result<(), Error> {
         self.allow_step(claim)?;
         if self.world_claim.is_some() {
@@ -97,7 +98,7 @@ impl Simulation {
         }
     }
 
-    /// Whether the world may be stepped.
+    /// Checks whether the world may be stepped.
     ///
     /// # Errors
     /// Returns an error if another client has claimed the world.
@@ -109,12 +110,12 @@ impl Simulation {
     }
 
     fn allow_robot(&self, robot: &str, claim: Option<ClaimId>) -> Result<(), Error> {
-        // A robot that is not there is refused by what the command does.
+        // The command itself refuses unknown robots.
         let Ok(robot) = self.robot_index(robot) else { return Ok(()) };
         self.entities[robot].allow(claim)
     }
 
-    /// A constraint that is not there is refused by what the command does.
+    /// Checks the robots of a constraint. The command itself refuses unknown constraints.
     fn allow_constraint(&self, name: &str, claim: Option<ClaimId>) -> Result<(), Error> {
         let Ok(constraint) = self.constraint_index(name) else { return Ok(()) };
         let mut robots = self.constraints.list[constraint].definition.robots();
@@ -140,7 +141,7 @@ impl Simulation {
         let entity = &self.entities[robot];
         names.try_for_each(|name| match entity.joint(name) {
             Ok(joint) => entity.allow_joint(joint, claim),
-            // Refused by what the command does.
+            // The command itself refuses it.
             Err(_) => Ok(()),
         })
     }
@@ -179,7 +180,8 @@ impl Simulation {
         Ok(Reply::Claimed { ended: in_the_way })
     }
 
-    /// The claims that hold, each as a request that would make it in a world with the same robots: what a save leaves out.
+    /// Returns the present claims, each as a request that would make it in a world with the same robots: a
+    /// save leaves them out.
     pub fn claims(&self) -> Vec<ClaimRequest> {
         let of = |claim: &Claim| {
             let is_it = |held: &Option<Arc<Claim>>| held.as_ref().is_some_and(|held| held.id == claim.id);
@@ -205,7 +207,7 @@ impl Simulation {
         self.claims.values().map(|claim| of(claim)).collect()
     }
 
-    /// What a selection is of.
+    /// Resolves a selection.
     fn wanted(&self, selection: &JointSelection) -> Result<Wanted, Error> {
         let robot = self.robot_index(&selection.robot)?;
         let entity = &self.entities[robot];
@@ -224,7 +226,7 @@ impl Simulation {
         Ok(Wanted { robot, whole, joints })
     }
 
-    /// The claims of others that this one takes over.
+    /// Returns the claims of others that this one takes over.
     fn in_the_way(&self, request: &ClaimRequest, wanted: &[Wanted]) -> Result<Vec<ClaimId>, Error> {
         let yields = |other: &Claim| request.take_over || other.priority < request.priority;
         let mut ended = Vec::new();
@@ -267,7 +269,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    /// Joints that are no longer driven hold their position.
+    /// Ends a claim. Joints that are no longer driven hold their position.
     fn end_claim(&mut self, claim: ClaimId, cause: ReleaseCause) {
         let Some(record) = self.claims.remove(&claim) else { return };
         let world = self.world_claim.take_if(|held| held.id == claim).is_some();
@@ -299,12 +301,12 @@ impl Simulation {
 }
 
 impl Entity {
-    /// Whether the holder of `claim`, or a client without one, may change all of the robot.
+    /// Checks whether the holder of `claim`, or a client without one, may change all of the robot.
     fn allow(&self, claim: Option<ClaimId>) -> Result<(), Error> {
         self.claims.of_another(claim).map_or(Ok(()), |other| Err(self.claimed_by(other)))
     }
 
-    /// Whether the holder of `claim`, or a client without one, may change a joint.
+    /// Checks whether the holder of `claim`, or a client without one, may change a joint.
     pub(in crate::simulation) fn allow_joint(
         &self,
         joint: usize,
@@ -314,7 +316,7 @@ impl Entity {
         other.map_or(Ok(()), |other| Err(self.joint_claimed_by(joint, other)))
     }
 
-    /// That all of it is held, or the first of the joints that are held.
+    /// Returns the error that names the robot if all of it is claimed, or the first claimed joint.
     fn claimed_by(&self, other: &Claim) -> Error {
         let is_it = |held: &Option<Arc<Claim>>| held.as_ref().is_some_and(|held| held.id == other.id);
         match self.claims.joints.iter().position(is_it) {

@@ -1,4 +1,4 @@
-//! What robots touch, as commands change it: self-collision, groups and masks of links, and pairs of links.
+//! Commands on collision filters: self-collision, groups and masks of links, and pairs of links.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::simulation::{Reply, Simulation, check};
 /// Indices of two robots, the smaller first, and of a link of each.
 type PairKey = ([usize; 2], [usize; 2]);
 
-/// Pairs by their key, and whether they are switched off or on.
+/// Pairs by their key, and whether they are enabled.
 type Pairs<K> = BTreeMap<K, bool>;
 
 impl Simulation {
@@ -55,8 +55,8 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    /// All pairs of links of different robots with those of a command; `None` where it has none. Robots of pairs that are not as
-    /// they were are added to `changed`.
+    /// Returns all pairs of links of different robots after a command; `None` if it has none. Adds robots of
+    /// changed pairs to `changed`.
     fn switched<'a>(
         &self,
         robot_index: usize,
@@ -92,9 +92,9 @@ impl Simulation {
         Ok(Some(pairs.into_iter().map(pair).collect()))
     }
 
-    /// To be called when it changed what these robots touch. What rests on something or beside it is looked at again, contacts of
-    /// what may no longer touch are dropped, and what overlaps now and did not touch before is an initial overlap, as after a
-    /// teleport: so is what one of these robots is pressed into already.
+    /// Updates the world when the collision filter of these robots has changed. Robots that rest on or beside
+    /// them wake, and contacts that are no longer allowed are dropped. New overlaps count as initial
+    /// overlaps, as after a teleport, even if one of these robots is already pressed into another.
     pub(in crate::simulation) fn filter_changed(&mut self, robots: &[usize]) {
         if robots.is_empty() {
             return;
@@ -105,7 +105,7 @@ impl Simulation {
             entity.filter_colliders();
             entity.state.teleported = true;
             if !entity.moves() {
-                // What cannot move does not look for what sleeps on it.
+                // Immovable robots do not query sleeping ones.
                 self.entities.iter_mut().for_each(Entity::wake);
             }
         }
@@ -114,8 +114,8 @@ impl Simulation {
 }
 
 impl Contacts {
-    /// Gives the pairs of a robot that was reloaded the indices that its links have now; those of links that are
-    /// gone are dropped.
+    /// Updates the pairs of a reloaded robot to the new indices of its links; pairs of missing links are
+    /// dropped.
     pub(in crate::simulation) fn reload_pairs(&mut self, robot: usize, link: &[Option<usize>]) {
         if !self.collision_pairs.iter().any(|pair| pair.robots.contains(&robot)) {
             return;
@@ -132,7 +132,7 @@ impl Contacts {
 }
 
 impl Entity {
-    /// Switches pairs of its own links, which the field `list` has.
+    /// Enables or disables pairs of this robot's links, from the field `list`.
     pub(in crate::simulation) fn switch_pairs(
         &mut self,
         asked: &[CollisionPair],
@@ -144,7 +144,7 @@ impl Entity {
         Ok(())
     }
 
-    /// Its own pairs with those of a command; `None` where it has none.
+    /// Returns its own pairs after a command; `None` if it has none.
     fn switched<'a>(
         &self,
         asked: impl Iterator<Item = (usize, &'a CollisionPair)>,
@@ -169,8 +169,8 @@ impl Entity {
         Ok(Some(pairs.into_iter().map(|(links, enabled)| LinkPair { links, enabled }).collect()))
     }
 
-    /// Takes over what the robot touched before it was reloaded, link by link of the same name. For each link of
-    /// before the index of now.
+    /// Takes over the filter from before a reload, for links of the same name. Returns the new index of each
+    /// old link.
     pub(in crate::simulation) fn take_filter(&mut self, old: &Self) -> Vec<Option<usize>> {
         let names = self.model.links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index));
         let names: BTreeMap<&str, usize> = names.collect();
@@ -194,7 +194,7 @@ impl Entity {
     }
 }
 
-/// Switches a pair, or leaves it to groups; the entry at `index` of the list asks for it.
+/// Enables or disables a pair, or leaves it to groups, by the entry at `index` of the list.
 fn switch<K: Ord>(pairs: &mut Pairs<K>, key: K, enabled: Option<bool>, index: usize) -> Result<(), Error> {
     match enabled {
         Some(enabled) => pairs.insert(key, enabled),

@@ -1,4 +1,4 @@
-//! Constraints between links come, change and go.
+//! Creation, change and deletion of constraints between links.
 
 use glamx::{DPose3, DVec3};
 
@@ -22,7 +22,7 @@ impl Simulation {
         Ok(Reply::ConstraintCreated { name })
     }
 
-    /// Makes a constraint; gives its name. [`Self::constraints_came`] has to follow.
+    /// Creates a constraint, and returns its name. [`Self::constraints_came`] must follow.
     pub(super) fn add_constraint(&mut self, create: &CreateConstraint) -> Result<String, Error> {
         let CreateConstraint { name, kind, parent, child, max_force, max_torque, breaks, disable_collisions } =
             create;
@@ -75,7 +75,7 @@ impl Simulation {
         Ok(name)
     }
 
-    /// To be called when constraints were made.
+    /// Updates the world after constraints were created.
     pub(super) fn constraints_came(&mut self, names: Vec<String>) {
         self.constraints.changed();
         self.contacts.forget_excluded(&self.constraints.excluded);
@@ -150,7 +150,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    /// Takes out what did all that it may in the last step and is to break then.
+    /// Removes breakable constraints that reached their maximum in the last step.
     pub(in crate::simulation) fn break_constraints(&mut self) {
         let is_broken = |of: &LinkConstraint| of.definition.breaks && of.reading.is_saturated;
         if !self.constraints.list.iter().any(is_broken) {
@@ -162,7 +162,7 @@ impl Simulation {
         self.constraints_went(broken, ConstraintDeletion::Broke);
     }
 
-    /// Drops pairs and constraints of robots that were not loaded at the start, before these go.
+    /// Drops pairs and constraints of robots that were not loaded at the start, before these are deleted.
     pub(in crate::simulation) fn forget_links_of_spawned(&mut self) {
         let mut left = 0;
         let index = |entity: &Entity| {
@@ -178,8 +178,8 @@ impl Simulation {
         self.constraints_went(gone, ConstraintDeletion::RobotDeleted);
     }
 
-    /// Gives the constraints of a robot that has a new model the indices that its links have now. Names those that
-    /// are gone.
+    /// Updates the constraints of a reloaded robot to the new indices of its links. Returns the names of
+    /// those that are removed.
     pub(in crate::simulation) fn reload_constraints(
         &mut self,
         robot: usize,
@@ -202,14 +202,14 @@ impl Simulation {
         gone
     }
 
-    /// Says that constraints have gone.
+    /// Emits events for deleted constraints.
     pub(in crate::simulation) fn constraints_went(&mut self, names: Vec<String>, cause: ConstraintDeletion) {
         for constraint in names {
             self.happened(EventKind::ConstraintDeleted { constraint, cause });
         }
     }
 
-    /// The index of a constraint.
+    /// Returns the index of a constraint.
     pub(in crate::simulation) fn constraint_index(&self, name: &str) -> Result<usize, Error> {
         let list = &self.constraints.list;
         list.iter().position(|of| of.definition.name == name).ok_or_else(|| Error::ConstraintNotFound {
@@ -227,7 +227,7 @@ impl Simulation {
     fn free_constraint_name(&self, name: &str) -> Result<String, Error> {
         let list = &self.constraints.list;
         if name.is_empty() {
-            // One of the first numbers is free, of which there is one more than there are constraints.
+            // One of the first numbers is free: there is one more than there are constraints.
             let mut taken = vec![false; list.len() + 1];
             for of in list {
                 let number = of.definition.name.strip_prefix("constraint_");
@@ -252,7 +252,7 @@ impl Simulation {
         Ok(name.to_owned())
     }
 
-    /// Indices of the robot and link of an end, which the field `field` has.
+    /// Returns the indices of the robot and link of an end, given in the field `field`.
     fn constraint_link(
         &self,
         end: &RequestedEnd,
@@ -285,7 +285,7 @@ impl Simulation {
             let expected = format!("a gear is between two joints: it must name one of robot {robot:?}");
             return Err(check::refuse(format!("{field}.joint"), "empty", expected));
         }
-        // Each joint has the link after it.
+        // The child of each joint is the link after it.
         let link = entity.joint(joint)? + 1;
         if has_axis(entity, link) {
             return Ok(Some((robot, link)));
@@ -321,14 +321,14 @@ impl Simulation {
         }
     }
 
-    /// `world_from_link` now; of the world the identity.
+    /// Returns the present `world_from_link`; identity for the world.
     fn link_pose(&self, link: Option<(usize, usize)>) -> DPose3 {
         let Some((robot, link)) = link else { return DPose3::IDENTITY };
         let body = &self.entities[robot].body;
         body.tree().link_pose(body.root_pose(), body.positions(), link)
     }
 
-    /// Of the joint above a link of one axis.
+    /// Returns the position of the joint above a link of one axis.
     fn joint_position(&self, link: Option<(usize, usize)>) -> f64 {
         let Some((robot, link)) = link else { return 0.0 };
         let body = &self.entities[robot].body;
@@ -337,18 +337,18 @@ impl Simulation {
     }
 }
 
-/// A direction.
+/// Returns the unit vector of a direction.
 fn unit(field: &str, axis: DVec3) -> Result<DVec3, Error> {
     check::vector(field, axis)?;
     axis.try_normalize().ok_or_else(|| check::refuse(field, axis, "it must not be zero"))
 }
 
-/// How far two points are to be from each other.
+/// Checks the distance of two points.
 fn distance(field: &str, length: f64) -> Result<f64, Error> {
     check::at_least_zero(field, length).and_then(|length| check::moderate(field, length))
 }
 
-/// A limit, which may be infinite.
+/// Checks a limit, which may be infinite.
 fn most(field: &str, value: f64) -> Result<f64, Error> {
     if value >= 0.0 { Ok(value) } else { Err(check::refuse(field, value, "it must be at least 0")) }
 }

@@ -1,5 +1,5 @@
-//! What copies of a world need beside commands: to begin from a kept state again and again, and targets at each step
-//! without a search for names.
+//! Operations of copies of a world beside commands: repeated starts from a saved state, and targets at each
+//! step without name lookups.
 
 use std::sync::Arc;
 
@@ -18,14 +18,14 @@ use crate::simulation::saved::Saved;
 use crate::simulation::world_state::{EntityState, Pair};
 use crate::simulation::{PhysicsSettings, PublishedState, Simulation, WorldLimits};
 
-/// A robot goes no farther before it is looked at again, metres.
+/// Maximum displacement of a robot before it is checked again, metres.
 const FARTHEST: f64 = 1.0;
 
-/// Of the first robot of a copy.
+/// Version of the first robot of a copy.
 const FIRST_VERSION: u64 = 1;
 
 impl Simulation {
-    /// A world in a kept state. It has no claims and keeps no states.
+    /// Creates a world in a saved state, without claims and saved states.
     pub(crate) fn copy_of(saved: &Saved) -> Self {
         let limits = WorldLimits { robots: saved.robot_count(), saved_states: 0 };
         let mut copy = Self::new(PhysicsSettings::default(), limits);
@@ -35,8 +35,8 @@ impl Simulation {
         copy
     }
 
-    /// Puts a world that is a copy of a kept state back to that state. Robots for which there is a tree have that one in the place
-    /// of their own: one that moves as theirs does, with other masses.
+    /// Restores the saved state of a copy. A tree in `trees` replaces its robot's tree: it has the same
+    /// structure, with other masses.
     pub(crate) fn begin_from(&mut self, saved: &Saved, trees: &[Option<Arc<Tree>>]) {
         let mut robots = saved.descriptions(FIRST_VERSION);
         for (robot, tree) in robots.iter_mut().zip(trees) {
@@ -50,8 +50,8 @@ impl Simulation {
         self.events.clear();
     }
 
-    /// Gives an axis a target, as `Command::SetTargets` does where no trajectory moves the joint; beyond a limit it is clamped.
-    /// The body is one that takes targets.
+    /// Sets the target of an axis, as `Command::SetTargets` does if no trajectory moves the joint; beyond a
+    /// limit it is clamped. The body must take targets.
     pub(crate) fn set_axis_target(&mut self, robot: usize, body: usize, target: &Target) {
         let robot = &mut self.entities[robot].body;
         let (actuator, _beyond) = actuator_for(robot, body, target);
@@ -59,10 +59,11 @@ impl Simulation {
         robot.set_actuator(dof, actuator);
     }
 
-    /// The robot whose state is all that a step changes, and that the dynamics alone change it, in a way that
-    /// [`LaneRobot`](crate::dynamics::lanes::LaneRobot) does too: it touches nothing but planes, with balls, and nothing else moves.
+    /// Returns the robot that lanes can step alone. Its state is all that a step changes, only the dynamics
+    /// change it, and [`LaneRobot`](crate::dynamics::lanes::LaneRobot) can do that too. It touches only
+    /// planes, with balls, and nothing else moves.
     pub(crate) fn lane_robot(&self) -> Option<usize> {
-        // All of it, so that what comes to be state is judged here too.
+        // All fields are listed, so that new state is considered here too.
         let has_nothing_else = |entity: &Entity| {
             let EntityState {
                 name: _,
@@ -109,7 +110,8 @@ impl Simulation {
         (meets_nothing && is_simple && self.touches_planes_alone(robot)).then_some(robot)
     }
 
-    /// Whether all contacts are of balls of a robot, whose root is free, with planes of others; lanes look closer.
+    /// Returns whether all contacts are between balls of a robot with a free root and planes of others; lanes
+    /// check more.
     fn touches_planes_alone(&self, robot: usize) -> bool {
         let is_of_foot = |contact: &Contact| {
             let side = usize::from(contact.robots[0] != robot);
@@ -124,10 +126,10 @@ impl Simulation {
             || !self.entities[robot].is_fixed() && self.contacts.list.iter().all(is_of_foot)
     }
 
-    /// The feet of the robot of [`lane_robot`](Self::lane_robot), where it has some that lanes take.
+    /// Returns the feet of the robot of [`lane_robot`](Self::lane_robot), if lanes can take them.
     pub(crate) fn lane_feet(&self, robot: usize) -> Option<RobotFeet> {
         let Entity { body, colliders, .. } = &self.entities[robot];
-        // The axes of the base are those of the world then.
+        // The axes of the base are then the world's.
         if body.tree().fixed_base || body.base() != DPose3::IDENTITY {
             return None;
         }
@@ -139,7 +141,8 @@ impl Simulation {
         RobotFeet::new((robot, colliders), body.tree(), grounds, filter)
     }
 
-    /// What the surfaces of each pair of a robot's feet are like together; `None` where the planes are elsewhere in this copy.
+    /// Returns the combined surfaces of each pair of a robot's feet; `None` if the planes are elsewhere in
+    /// this copy.
     pub(crate) fn lane_surfaces(&self, feet: &RobotFeet) -> Option<Vec<Surface>> {
         let are_there = feet.stand_on(|robot| self.entities[robot].body.base());
         if !are_there {
@@ -148,26 +151,26 @@ impl Simulation {
         feet.surfaces(|robot| &self.entities[robot].colliders, self.settings.surface_combination)
     }
 
-    /// The contacts of the last step, in their order.
+    /// Returns the contacts of the last step, in order.
     pub(crate) fn lane_contacts(&self) -> &[Contact] {
         &self.contacts.list
     }
 
-    /// Gives the world the contacts that steps elsewhere have come to, in their order.
+    /// Replaces the contacts by the results of steps elsewhere, in order.
     pub(crate) fn set_lane_contacts(&mut self, contacts: impl Iterator<Item = Contact>) {
         self.contacts.list.clear();
         self.contacts.list.extend(contacts);
     }
 
-    /// Writes the contacts alone into a published state.
+    /// Writes only the contacts to a published state.
     pub(crate) fn observe_contacts(&self, state: &mut PublishedState) {
         let PhysicsSettings { time_step, substeps, .. } = self.settings;
         state.contacts.clear();
         state.contacts.extend(self.contacts.reports(time_step, time_step / f64::from(substeps)));
     }
 
-    /// How far points of the robot of [`lane_robot`](Self::lane_robot) can move after a step before a contact of it could be found.
-    /// Where it has feet, planes do not count: lanes look at them in each step.
+    /// Returns how far points of the robot of [`lane_robot`](Self::lane_robot) can move after a step before a
+    /// contact of it could be found. If it has feet, planes do not count: lanes check them in each step.
     pub(crate) fn lane_clearance(&self, robot: usize, has_feet: bool) -> Clearance {
         let PhysicsSettings { gravity, time_step, substeps, .. } = self.settings;
         let h = time_step / f64::from(substeps);
@@ -189,7 +192,7 @@ impl Simulation {
             return Clearance { around, own, levers: vec![0.0; bodies.len()], slack };
         }
         let levers = colliders.levers(body.tree(), body.positions(), FARTHEST);
-        // Shapes are where the last part of a step found them.
+        // Shapes are at their poses of the last part of a step.
         let length = |of: &[f64]| of.iter().map(|value| value * value).sum::<f64>().sqrt();
         let (mut by_root, mut by_joints) = (0.0, 0.0);
         for (body_of_joint, lever) in bodies.iter().zip(&levers) {
@@ -210,29 +213,29 @@ impl Simulation {
         }
     }
 
-    /// Whether trajectories move joints of a robot, or wait to.
+    /// Returns whether trajectories move joints of a robot, or wait to.
     pub(crate) fn has_trajectories(&self, robot: usize) -> bool {
         !self.entities[robot].state.trajectories.is_empty()
     }
 
-    /// Steps up to this one have been done of the one robot that there is, elsewhere.
+    /// Advances the time to this step, after steps of the only robot were done elsewhere.
     pub(crate) fn pass_steps_to(&mut self, step: u64) {
         self.now.step = step;
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * self.settings.time_step;
     }
 
-    /// The dynamics of a robot.
+    /// Returns the dynamics of a robot.
     pub(crate) fn body(&self, robot: usize) -> &Articulation {
         &self.entities[robot].body
     }
 
-    /// To put a robot where a step elsewhere has brought it.
+    /// Returns the dynamics of a robot, to copy the result of a step elsewhere.
     pub(crate) fn body_mut(&mut self, robot: usize) -> &mut Articulation {
         &mut self.entities[robot].body
     }
 
-    /// Position and velocity of the axis of a body that turns or slides.
+    /// Returns position and velocity of the axis of a revolute or prismatic body.
     pub(crate) fn axis_state(&self, robot: usize, body: usize) -> (f64, f64) {
         let robot = &self.entities[robot].body;
         let velocity = robot.tree().bodies[body].velocity;

@@ -1,4 +1,4 @@
-//! Constraints that come with robots, because their descriptions have them.
+//! Constraints of robots' descriptions, which come with the robots.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ use crate::simulation::command::{CreateConstraint, RequestedConstraint, Requeste
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
 
-/// A robot that came, and where its root began.
+/// A new robot, and the initial pose of its root.
 pub(super) struct Came<'a> {
     pub(super) name: String,
     pub(super) model: &'a RobotModel,
@@ -20,7 +20,7 @@ pub(super) struct Came<'a> {
 }
 
 impl Simulation {
-    /// Refuses robots of which the constraints would be too many; to be called before they come.
+    /// Refuses robots with too many constraints, before they are added.
     pub(super) fn check_described_constraints<'s>(
         &self,
         spawns: impl IntoIterator<Item = &'s Spawn>,
@@ -34,8 +34,8 @@ impl Simulation {
         Err(Error::LimitExceeded { what, value, limit })
     }
 
-    /// Makes the constraints of robots that came at one moment. What none of them can hold is left out: links that cannot
-    /// move against each other, and robots that did not come.
+    /// Creates the constraints of robots that were added at one moment. Impossible ones are left out: between
+    /// links that cannot move relative to each other, and to robots that were not added.
     pub(super) fn make_described_constraints(&mut self, came: &[Came]) {
         if came.iter().all(|own| own.model.setup.constraints.is_empty()) {
             return;
@@ -45,7 +45,7 @@ impl Simulation {
         for own in came {
             for constraint in &own.model.setup.constraints {
                 let create = requested(own, constraint, came, &mut names);
-                // Its numbers were judged when it was read: what is refused holds nothing.
+                // Its numbers were checked when it was read: a refused constraint is left out.
                 made.extend(create.and_then(|create| self.add_constraint(&create).ok()));
             }
         }
@@ -54,7 +54,8 @@ impl Simulation {
         }
     }
 
-    /// Takes out what the old description of a robot had made of its own links, and makes what the new one has.
+    /// Removes the constraints of a robot's old description between its own links, and creates the new
+    /// description's.
     pub(super) fn remake_described_constraints(&mut self, old: &RobotModel, new: &Came) {
         if old.setup.constraints.is_empty() && new.model.setup.constraints.is_empty() {
             return;
@@ -82,7 +83,7 @@ impl Simulation {
     }
 }
 
-/// The command that makes a constraint; `None` where a robot that it names is not among those that came.
+/// Returns the command that creates a constraint; `None` if a robot that it names was not added.
 fn requested(
     own: &Came,
     constraint: &LinkConstraint,
@@ -111,10 +112,10 @@ fn requested(
     })
 }
 
-/// Names of constraints that are not taken.
+/// Free names of constraints.
 struct FreeNames {
     taken: BTreeSet<String>,
-    /// The number that comes after a name that is taken.
+    /// Next number to try after each taken name.
     next: BTreeMap<String, u64>,
 }
 
@@ -123,7 +124,7 @@ impl FreeNames {
         Self { taken: taken.map(str::to_owned).collect(), next: BTreeMap::new() }
     }
 
-    /// The name, or the first free one of the name with a number.
+    /// Returns the name, or the name with the first free number.
     fn take(&mut self, name: String) -> String {
         let mut candidate = name.clone();
         while self.taken.contains(&candidate) {
@@ -136,22 +137,22 @@ impl FreeNames {
     }
 }
 
-/// Whether this is one of the names, or one of them with the number that [`FreeNames::take`] adds.
+/// Returns whether this is one of the names, or one with a number from [`FreeNames::take`].
 fn is_numbered(name: &str, names: &BTreeSet<String>) -> bool {
     let numbered = || name.rsplit_once('_').filter(|(_, number)| number.parse::<u64>().is_ok());
     names.contains(name) || numbered().is_some_and(|(stem, _)| names.contains(stem))
 }
 
-/// Whether all that a constraint is on is one robot or the world.
+/// Returns whether a constraint connects only one robot, or it and the world.
 fn is_of_one(constraint: &LinkConstraint) -> bool {
     constraint.ends.iter().all(|end| !matches!(end.on, ConstraintOn::Other { .. }))
 }
 
-/// What a constraint of a description is called in the world, where that is free.
+/// Returns the name in the world of a description's constraint, if it is free.
 fn described_name(robot: &str, constraint: &str) -> String {
     let name = if constraint.is_empty() { "constraint" } else { constraint };
     let mut name = format!("{robot}_{}", wire_name(name));
-    // Room for a number.
+    // Leaves room for a number.
     name.truncate(MAX_CONSTRAINT_NAME - 24);
     name
 }

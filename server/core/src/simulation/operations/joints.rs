@@ -1,4 +1,4 @@
-//! Joints: where they are put, and what they are like.
+//! Resets and settings of joints.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::simulation::{Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
-        /// A robot, a joint, where its numbers are, and the numbers.
+        /// A robot, a joint, the location of its numbers, and the numbers.
         type Put = (usize, usize, (usize, usize), NewState);
         let mut puts: Vec<Put> = Vec::new();
         let mut whole = Vec::new();
@@ -116,8 +116,8 @@ impl Simulation {
 }
 
 impl Entity {
-    /// After positions were set by hand: followers follow, joints that hold hold the
-    /// new position, and the next step starts from nothing old.
+    /// Updates the robot after its positions were set: followers follow, holding joints hold the new
+    /// position, and the next step starts without history.
     pub(in crate::simulation) fn settle_after_reset(&mut self) {
         let tree = Arc::clone(self.body.tree());
         apply_mimics(&tree, self.body.positions_mut());
@@ -129,7 +129,7 @@ impl Entity {
         self.update_external_forces();
     }
 
-    /// Setpoints are where the joints are.
+    /// Moves setpoints to the joints' positions.
     pub(in crate::simulation) fn settle_setpoints(&mut self) {
         let tree = Arc::clone(self.body.tree());
         for (index, body) in tree.bodies.iter().enumerate() {
@@ -148,16 +148,16 @@ impl Entity {
     }
 }
 
-/// What a joint is put at.
+/// New state of a joint.
 #[derive(Clone, Copy)]
 enum NewState {
-    /// The position and the velocity of an axis.
+    /// Position and velocity of an axis.
     Axis(f64, f64),
-    /// A ball joint's.
+    /// State of a ball joint.
     Ball(SphericalReset),
 }
 
-/// What a reset asks for, checked.
+/// Returns the requested state, validated.
 fn new_state(joint: &JointReset, is_spherical: bool) -> Result<NewState, Error> {
     match (joint.spherical, is_spherical) {
         (None, false) => {
@@ -185,7 +185,7 @@ fn new_state(joint: &JointReset, is_spherical: bool) -> Result<NewState, Error> 
     }
 }
 
-/// Whether the settings that are given can be.
+/// Checks the given settings.
 fn check_properties(properties: &JointProperties) -> Result<(), Error> {
     let JointProperties {
         joint: _,
@@ -210,7 +210,7 @@ fn check_properties(properties: &JointProperties) -> Result<(), Error> {
     limits.as_ref().map_or(Ok(()), check::limits)
 }
 
-/// Writes the settings that are given.
+/// Writes the given settings.
 fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &JointProperties) {
     let JointProperties {
         joint: _,

@@ -1,4 +1,4 @@
-//! Links: what their surfaces are like.
+//! Surfaces of links.
 
 use crate::simulation::command::LinkProperties;
 use crate::simulation::error::Error;

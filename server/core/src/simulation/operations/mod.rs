@@ -1,5 +1,5 @@
-//! What can be done with a world: commands, the step, publishing. All of it is methods of
-//! [`Simulation`](super::Simulation), and nothing below imports it.
+//! Operations on a world: commands, the step, publishing. All are methods of
+//! [`Simulation`](super::Simulation); no other module imports this one.
 
 mod claims;
 mod collision_filter;

@@ -1,4 +1,4 @@
-//! What a world publishes of itself.
+//! Publishing of a world's state.
 
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ impl Simulation {
         state.claimed_by = self.world_claim.as_ref().map(|claim| Arc::clone(&claim.holder));
     }
 
-    /// What acted on links over the last step or acts over the next one.
+    /// Returns the wrenches on links that acted over the last step or will act over the next one.
     pub(in crate::simulation) fn applied_wrenches(&self) -> impl Iterator<Item = AppliedWrench> + '_ {
         self.entities.iter().enumerate().flat_map(|(robot, entity)| {
             let applied_wrenches = entity
@@ -75,7 +75,7 @@ impl Simulation {
         })
     }
 
-    /// To be called when a command changed settings of the robot at this index.
+    /// Updates the published settings of the robot at this index; call it when a command changed them.
     pub(in crate::simulation) fn settings_changed(&mut self, robot: usize) {
         let settings = Arc::new(self.entities[robot].robot_settings());
         if let Some(shared) = Arc::make_mut(&mut self.robot_settings).get_mut(robot) {
@@ -83,12 +83,13 @@ impl Simulation {
         }
     }
 
-    /// To be called when robots came, went or changed their model.
+    /// Updates the layout; call it when robots were added, deleted or reloaded.
     pub(in crate::simulation) fn lay_out(&mut self) {
         self.lay_out_from(0);
     }
 
-    /// The same where those before the robot at this index are as they were: of thousands of robots one more costs little.
+    /// Updates the layout from the robot at this index on, if earlier ones are unchanged: one more robot
+    /// among thousands costs little.
     pub(in crate::simulation) fn lay_out_from(&mut self, first: usize) {
         let mut others = Vec::new();
         let last = first.checked_sub(1).and_then(|last| self.layout.entities.get(last));
@@ -101,7 +102,7 @@ impl Simulation {
             let (first_position, first_velocity) = (position, velocity);
             position += positions;
             velocity += velocities;
-            // A version is of one robot and model.
+            // A version belongs to one robot and model.
             let known = self.layout.entities.get(robot_index).filter(|known| {
                 known.version == entity.version
                     && (known.positions.start, known.velocities.start) == (first_position, first_velocity)
@@ -136,7 +137,7 @@ impl Simulation {
 }
 
 impl Contacts {
-    /// What touches, as the last step of `time_step` seconds had it, whose parts took `h` seconds each.
+    /// Returns the contacts of the last step of `time_step` seconds, whose parts took `h` seconds each.
     pub(super) fn reports(&self, time_step: f64, h: f64) -> impl Iterator<Item = ContactReport> + '_ {
         self.list.iter().map(move |contact| {
             let point = &contact.point;
@@ -157,7 +158,8 @@ impl Contacts {
 }
 
 impl LinkConstraints {
-    /// What each did over the last step of `time_step` seconds, whose parts took `h` seconds each.
+    /// Returns the state of each constraint over the last step of `time_step` seconds, whose parts took `h`
+    /// seconds each.
     fn states(&self, time_step: f64, h: f64) -> impl Iterator<Item = ConstraintState> + '_ {
         self.list.iter().map(move |constraint| {
             let Reading { force, torque, last_force, last_torque, point, errors, residuals, is_saturated } =
@@ -178,7 +180,8 @@ impl LinkConstraints {
 }
 
 impl Entity {
-    /// Adds what it shows to a published state, after a step of so many seconds in parts of `h` seconds.
+    /// Adds the robot's values to a published state, after a step of `time_step` seconds in parts of `h`
+    /// seconds.
     fn observe(&self, state: &mut PublishedState, time_step: f64, h: f64) {
         let tree = self.body.tree();
         let root = tree.root_velocities();
@@ -232,7 +235,7 @@ impl Entity {
     }
 
     fn flags(&self, position: usize, velocity: usize) -> Flags {
-        /// A joint this near to a limit is at it, rad or m.
+        /// Distance to a limit within which a joint is at it, rad or m.
         const AT_LIMIT: f64 = 1e-6;
         let position = self.body.positions()[position];
         let limits = &self.body.axes()[velocity].settings.limits;
@@ -244,7 +247,7 @@ impl Entity {
     }
 }
 
-/// Makes one what the other is. Both mostly are already, and then no reference is counted.
+/// Makes one equal to the other. Mostly they already are, and then no reference is counted.
 fn share<T>(one: &mut Arc<T>, other: &Arc<T>) {
     if !Arc::ptr_eq(one, other) {
         *one = Arc::clone(other);

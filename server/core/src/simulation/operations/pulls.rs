@@ -1,4 +1,4 @@
-//! Links are pulled to points of the world.
+//! Pulls of links to points of the world.
 
 use glamx::DVec3;
 
@@ -59,7 +59,7 @@ impl Simulation {
                     entity.soften_pulls((h, integrator));
                 }
             }
-            // Nothing pulls what cannot move.
+            // A robot that cannot move is not pulled.
             None => entity.end_pull(link),
         }
         entity.update_external_forces();
@@ -69,7 +69,7 @@ impl Simulation {
     }
 }
 
-/// A point that forces can be computed from.
+/// Checks a point from which forces are computed.
 fn check_point(field: &str, point: DVec3) -> Result<(), Error> {
     for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {
         check::moderate(&format!("{field}.{axis}"), value)?;

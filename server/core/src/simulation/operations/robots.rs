@@ -1,4 +1,4 @@
-//! Robots come, change and go.
+//! Creation, change and deletion of robots.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use crate::simulation::event::ConstraintDeletion;
 use crate::simulation::wrench::ActiveWrench;
 use crate::simulation::{EventKind, Reply, Simulation, check};
 
-/// Pairs of links that a description switches, as a command has them.
+/// Returns the pairs of links that a description enables or disables, as in a command.
 fn described_pairs(model: &RobotModel) -> Vec<CollisionPair> {
     let name = |link: usize| model.links.get(link).map(|link| link.name.clone());
     let pair = |pair: &LinkPair| {
@@ -30,7 +30,7 @@ fn described_pairs(model: &RobotModel) -> Vec<CollisionPair> {
     model.setup.pairs.iter().filter_map(pair).collect()
 }
 
-/// The number of a robot that was renamed from this name.
+/// Returns the number of a robot that was renamed from this name.
 fn number_of(robot: &str, name: &str) -> Option<usize> {
     let digits = robot.strip_prefix(name)?.strip_prefix('_')?;
     let is_plain = digits.bytes().all(|digit| digit.is_ascii_digit()) && !digits.starts_with('0');
@@ -53,7 +53,7 @@ impl Simulation {
         Ok(Reply::Spawned { name })
     }
 
-    /// All of them or none.
+    /// Spawns all of them or none.
     pub(in crate::simulation) fn spawn_all(&mut self, spawns: &[Spawn]) -> Result<Reply, Error> {
         let mut entities: Vec<Entity> = Vec::with_capacity(spawns.len());
         for spawn in spawns {
@@ -70,7 +70,7 @@ impl Simulation {
         Ok(Reply::SpawnedAll { names })
     }
 
-    /// A robot that can come into the world, where these come with it.
+    /// Creates a robot to be added to the world together with `with`.
     fn prepared(&self, spawn: &Spawn, with: &[Entity]) -> Result<Entity, Error> {
         let limit = self.limits.robots;
         if self.entities.len() + with.len() >= limit {
@@ -136,9 +136,9 @@ impl Simulation {
         Ok(entity)
     }
 
-    /// Brings a robot in that was prepared; gives its name. The world has to be laid out anew.
+    /// Adds a prepared robot, and returns its name. The layout must be updated afterwards.
     fn admit(&mut self, mut entity: Entity) -> String {
-        // What sleeps is not looked for by what cannot move.
+        // Immovable robots do not query sleeping ones.
         if entity.body.tree().fixed_base {
             self.entities.iter_mut().for_each(Entity::wake);
         }
@@ -204,7 +204,7 @@ impl Simulation {
         let gone = before.keys().filter(|name| !now.contains(name));
         let removed: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
 
-        // What was asked of links that the new model has not is forgotten.
+        // Requests for links that the new model lacks are dropped.
         let known = |link: &str| link.is_empty() || new.link(link).is_ok();
         let links =
             old.state.contact_settings.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
@@ -262,7 +262,7 @@ impl Simulation {
             }
         }
         if let Some(pose) = pose {
-            // The angular velocity is kept in the body's own axes: keep it as the world sees it.
+            // The angular velocity is stored in the body's own axes: keep it constant in the world.
             let (linear, angular) = entity.body.root_twist();
             entity.body.set_root_pose(pose);
             entity.body.set_root_twist(linear, angular);
@@ -278,7 +278,7 @@ impl Simulation {
         self.constraints.forget_motion(Some(robot_index));
         self.wake_around(robot_index);
         if !moves {
-            // What cannot move does not look for what sleeps where it is put.
+            // Immovable robots do not query sleeping ones at their new pose.
             self.entities.iter_mut().for_each(Entity::wake);
         }
         Ok(Reply::Done)
@@ -309,7 +309,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    /// The name, or with `allow_renaming` the first free one of the name with a number.
+    /// Returns the name or, with `allow_renaming`, the name with the first free number.
     fn free_name(&self, name: &str, allow_renaming: bool, with: &[Entity]) -> Result<String, Error> {
         if !is_robot_name(name) {
             let expected = "it must be letters, digits, `_` and `-`, at least one";
@@ -322,7 +322,8 @@ impl Simulation {
         if !allow_renaming {
             return Err(Error::RobotExists { robot: name.to_owned() });
         }
-        // Once through all names: thousands of robots may have one and its numbers, of which one up to their count is free.
+        // Once through all names: thousands of robots may have one name with numbers, of which one up to
+        // their count is free.
         let mut taken = vec![false; self.entities.len() + with.len() + 1];
         for number in names().filter_map(|other| number_of(other, name)) {
             if let Some(taken) = taken.get_mut(number) {

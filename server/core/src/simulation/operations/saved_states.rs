@@ -1,4 +1,4 @@
-//! Saving, going back, keeping and forgetting.
+//! Saving, restoring and deleting states.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,13 +15,13 @@ impl Simulation {
         self.keep(name, Saved::of_world(state, robots), false)
     }
 
-    /// The present state, as a save keeps it, under no name.
+    /// Returns the present state, as a save stores it, without a name.
     pub fn to_saved(&self) -> Saved {
         let (state, robots) = self.state();
         Saved::of_world(state, robots)
     }
 
-    /// A copy of the state, and what its robots are.
+    /// Returns a copy of the state, and the descriptions of its robots.
     pub(in crate::simulation) fn state(&self) -> (WorldState, Vec<Description>) {
         let state = WorldState {
             step: self.now.step,
@@ -37,7 +37,7 @@ impl Simulation {
         (state, self.entities.iter().map(Entity::description).collect())
     }
 
-    /// Makes a state the present one. Robots that are there in the same version keep their claims and their scratch.
+    /// Restores a state. Present robots of the same version keep their claims and their scratch.
     pub(in crate::simulation) fn go_back(&mut self, state: &WorldState, robots: &[Description]) {
         let WorldState {
             step,
@@ -74,13 +74,13 @@ impl Simulation {
         self.constraints.replace(constraints.clone());
     }
 
-    /// Has sensors get other ids: those of a state from elsewhere are of another world.
+    /// Makes sensors get new ids: those of a state from elsewhere belong to another world.
     pub(in crate::simulation) fn forget_sensor_ids(&mut self) {
         let sensors = self.entities.iter_mut().flat_map(|entity| &mut entity.state.sensors);
         sensors.for_each(|sensor| sensor.id = 0);
     }
 
-    /// Keeps a state that came from elsewhere.
+    /// Adds a saved state from elsewhere.
     pub(in crate::simulation) fn import(&mut self, name: &str, saved: &Saved) -> Result<Reply, Error> {
         let (robots, limit) = (saved.robot_count(), self.limits.robots);
         if robots > limit {

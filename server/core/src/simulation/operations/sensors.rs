@@ -1,4 +1,4 @@
-//! Sensors come and go, and steps take their samples.
+//! Creation and deletion of sensors, and their samples in steps.
 
 use simd_model::RobotModel;
 use simd_model::sensor::{self, MAX_SENSORS_PER_ROBOT, SensorKind};
@@ -11,13 +11,14 @@ use crate::simulation::world_state::EntityState;
 use crate::simulation::{EventKind, Reply, Simulation, check};
 
 impl Simulation {
-    /// Adds the samples that the last step has taken to a list, once. What they measured follows from the state that is published after
-    /// that step: see [`PublishedState::readings`](crate::PublishedState::readings). The next step forgets those that were not taken.
+    /// Moves the samples of the last step to a list, once. Their measurements follow from the state that is
+    /// published after that step: see [`PublishedState::readings`](crate::PublishedState::readings). The next
+    /// step discards those that were not moved.
     pub fn take_due_samples(&mut self, samples: &mut Vec<DueSample>) {
         samples.append(&mut self.sensors.due);
     }
 
-    /// Takes the samples that the step which ends has brought.
+    /// Takes the samples that are due at the end of a step.
     pub(super) fn take_samples(&mut self) {
         let Self { sensors: WorldSensors { robots, due, .. }, entities, now, settings, .. } = self;
         due.clear();
@@ -85,7 +86,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    /// Refuses robots of which the sensors would be too many; to be called before they come.
+    /// Refuses robots with too many sensors, before they are added.
     pub(super) fn check_described_sensors<'s>(
         &self,
         spawns: impl IntoIterator<Item = &'s Spawn>,
@@ -94,7 +95,7 @@ impl Simulation {
         self.check_more_sensors(sensors.map(|sensor| &sensor.kind))
     }
 
-    /// The same for the new model of a robot, which keeps the sensors of clients.
+    /// Refuses a new model of a robot with too many sensors; it keeps the sensors of clients.
     pub(super) fn check_reloaded_sensors(&self, robot: usize, model: &RobotModel) -> Result<(), Error> {
         let stay = self.entities.iter().enumerate().flat_map(|(index, entity)| {
             let sensors = entity.state.sensors.iter();
@@ -104,14 +105,15 @@ impl Simulation {
             .check(SensorCount::of(model.setup.sensors.iter().map(|sensor| &sensor.kind)))
     }
 
-    /// Refuses more sensors where they would be too many.
+    /// Refuses additional sensors if they would be too many.
     fn check_more_sensors<'k>(&self, kinds: impl IntoIterator<Item = &'k SensorKind>) -> Result<(), Error> {
         let there = self.sensors.published.iter().map(|sensor| &sensor.definition.kind);
         SensorCount::of(there).check(SensorCount::of(kinds))
     }
 
-    /// Gives a robot that is to replace the one at this index the sensors of its own description, and those that clients had put on
-    /// the old one, as far as it has their links and joints. Names those that go.
+    /// Adds sensors to the successor of the robot at this index. They are those of its description, and those
+    /// that clients had added to the old one, if it has their links and joints. Returns the names of those
+    /// that are dropped.
     pub(super) fn carry_sensors(&self, robot: usize, new: &mut Entity) -> Vec<String> {
         let old = &self.entities[robot];
         new.add_described_sensors(self.now.sim_time);
@@ -129,20 +131,20 @@ impl Simulation {
         gone
     }
 
-    /// Says that sensors of a robot have gone.
+    /// Emits events for deleted sensors.
     pub(super) fn sensors_went(&mut self, robot: &str, names: Vec<String>) {
         for sensor in names {
             self.happened(EventKind::SensorDeleted { robot: robot.to_owned(), sensor });
         }
     }
 
-    /// To be called when sensors or their robots came, went or changed.
+    /// Updates published sensors; call it when sensors or their robots were added, deleted or changed.
     pub(super) fn sensors_changed(&mut self) {
         let sensors = self.entities.iter_mut().map(|entity| &mut entity.state.sensors);
         self.sensors.changed(sensors.enumerate());
     }
 
-    /// Counts the samples of all sensors from this moment on.
+    /// Restarts the counts of all samples at this moment.
     pub(super) fn begin_sensors_anew(&mut self) {
         let now = self.now.sim_time;
         for &robot in &self.sensors.robots {

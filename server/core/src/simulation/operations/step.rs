@@ -1,4 +1,4 @@
-//! The step of a world, as the method reads.
+//! Step of a world.
 
 mod crowd;
 
@@ -19,41 +19,47 @@ use crate::simulation::group_memory::GroupMemory;
 use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
 
-/// Contacts are looked for at least this far from what moves, metres.
+/// Minimum distance from moving robots within which contacts are looked for, metres.
 const NEAR: f64 = 1e-3;
 
 impl Simulation {
-    /// Advances the world by one time step, in as many equal parts as the settings say.
+    /// Advances the world by one time step, in the number of equal parts that the settings say.
     ///
-    /// Each part: poses are updated; contacts are found; a sleeping robot that something awake touches wakes;
-    /// each robot takes its actuators' laws and finds its new velocities; a robot without contacts
-    /// solves its own constraints, and robots that touch each other are solved together; positions
-    /// are integrated; robots at rest fall asleep.
+    /// Each part does the following:
     ///
-    /// What concerns a robot alone is done where its poses are updated and where it is solved, and not in turns of its own
-    /// through all robots: each such turn would fetch hundreds of robots into the cache once more, on one thread.
+    /// 1. It updates poses and finds contacts.
+    /// 2. It wakes sleeping robots that something awake touches.
+    /// 3. Each robot determines its actuators' laws and its new velocities.
+    /// 4. A robot without contacts solves its own constraints, and robots that touch are solved together.
+    /// 5. It integrates positions, and puts robots at rest to sleep.
     ///
-    /// Sensors take the samples that have fallen due, which [`Simulation::take_due_samples`] gives until the next step.
+    /// Actions on a robot alone are done where its poses are updated and where it is solved, and not in
+    /// separate passes through all robots. Each pass would fetch hundreds of robots into the cache once more,
+    /// on one thread.
     ///
-    /// Allocates nothing once there have been as many contacts at a time as there will be,
-    /// except where hulls or cylinders overlap: parry finds their depth by EPA, in memory of its
-    /// own.
+    /// Sensors take the samples that are due. [`Simulation::take_due_samples`] returns them until the next
+    /// step.
+    ///
+    /// Allocates nothing once the largest number of simultaneous contacts has occurred, except if hulls or
+    /// cylinders overlap: parry finds their depth by EPA, which allocates.
     pub fn step(&mut self) {
         self.try_step(&|| false);
     }
 
-    /// Has steps use threads beside the one that calls, or none. The state after a step does not depend on that, to the bit.
-    /// They are used where there are groups of robots enough to be worth it: a world of one robot has only the calling thread.
+    /// Sets the threads that steps use beside the calling one, or none. The state after a step does not
+    /// depend on them, to the bit. They are used if there are enough groups of robots to pay off: a world of
+    /// one robot uses only the calling thread.
     pub fn set_pool(&mut self, pool: Option<Arc<dyn Pool>>) {
         self.pool = pool;
     }
 
-    /// How many robots the last part of a step moved several at once, in vectors of the processor. No number of the state depends on it.
+    /// Returns the number of robots that the last part of a step moved several at once, in vectors of the
+    /// processor. The state does not depend on it.
     pub fn robots_at_once(&self) -> usize {
         self.step_memory.groups.at_once()
     }
 
-    /// Has the impulses of contacts found in one way from now on, and measures how exactly they are, for figures of the solver. It is
+    /// Selects the contact solver from now on, and measures its accuracy, for figures of the solver. This is
     /// no part of the state, and takes time and memory in each step.
     pub fn measure_solver(&mut self, choice: SolverChoice) {
         let solvers = &mut self.step_memory.solvers;
@@ -61,19 +67,24 @@ impl Simulation {
         solvers.all().for_each(|solver| solver.island.measure_solver(choice));
     }
 
-    /// The largest residual of the contacts of all steps since this was last asked, m/s: by how much the impulse of a contact would
-    /// change its own velocity if it alone were solved once more. `None` where it is not measured, or nothing touched.
+    /// Returns the largest residual of the contacts of all steps since the last call, m/s. It is the change
+    /// of a contact's velocity if it alone were solved once more. Returns `None` if nothing is measured, or
+    /// nothing touched.
     pub fn take_solver_residual(&mut self) -> Option<f64> {
         let solvers = self.step_memory.solvers.all();
         solvers.filter_map(|solver| solver.island.take_residual()).reduce(f64::max)
     }
 
-    /// The same as [`Simulation::step`], given up as soon as `interrupt` says so: then all is as if the step had never begun, to
-    /// the bit, and the answer is false. It is asked before each part of the step, each pair of robots that
-    /// are near each other, each contact and each constraint that is measured, each constraint that is looked at
-    /// where the step may lead to, and each sweep of the solver.
+    /// Like [`Simulation::step`], but stops as soon as `interrupt` returns true. The world is then as if the
+    /// step had never begun, to the bit, and the result is false.
     ///
-    /// Costs a copy of the world's state, which is what is gone back to.
+    /// Calls `interrupt` before each of these:
+    ///
+    /// * part of the step, pair of robots near each other, and sweep of the solver;
+    /// * contact and constraint that is measured;
+    /// * constraint whose errors after the step are computed.
+    ///
+    /// Costs a copy of the world's state, to restore it.
     pub fn step_interruptible(&mut self, interrupt: &Interrupt<'_>) -> bool {
         let (state, robots) = self.state();
         let is_whole = self.try_step(interrupt);
@@ -83,7 +94,7 @@ impl Simulation {
         is_whole
     }
 
-    /// False where it was interrupted; then the world is in the midst of a step.
+    /// Does a step. Returns false if interrupted, leaving the world mid-step.
     fn try_step(&mut self, interrupt: &Interrupt<'_>) -> bool {
         let time_step = self.settings.time_step;
         self.step_memory.busy.begin_step(&self.entities);
@@ -94,7 +105,7 @@ impl Simulation {
         }
         let needs_attention = AtomicBool::new(false);
         let pool = self.pool.clone();
-        // The step before says it of what comes before groups are known.
+        // The previous step decides for the work before groups are known.
         let is_whole = match pool.as_deref().filter(|_| self.step_memory.groups.are_worth_threads()) {
             Some(threads) => {
                 let mut is_whole = false;
@@ -119,7 +130,7 @@ impl Simulation {
         self.break_constraints();
         self.step_memory.busy.end_step(&self.entities);
         self.now.step += 1;
-        // A product instead of a sum: no error gathers over a month.
+        // A product instead of a sum: no error accumulates over a month.
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
         self.take_samples();
@@ -129,7 +140,7 @@ impl Simulation {
         true
     }
 
-    /// All parts of a step. False where it was interrupted.
+    /// Does all parts of a step. Returns false if interrupted.
     fn advance_parts(
         &mut self,
         pool: Option<&dyn Pool>,
@@ -157,7 +168,7 @@ impl Simulation {
         })
     }
 
-    /// Takes robots whose state the step has left not finite out of the simulation.
+    /// Disables robots whose state is not finite after the step.
     fn disable_not_finite(&mut self, time_step: f64) {
         for index in 0..self.step_memory.busy.robots().len() {
             let robot_index = self.step_memory.busy.robots()[index];
@@ -175,11 +186,12 @@ impl Simulation {
     }
 }
 
-/// Ends the step of a robot. Whether the world has something to do for it: it is not finite, or trajectories of it have ended.
+/// Ends the step of a robot. Returns whether the world must handle it: it is not finite, or trajectories of
+/// it have ended.
 fn end_step(robot: &mut Entity, time_step: f64) -> bool {
     robot.end_step(time_step);
     if robot.is_not_finite() {
-        // Its trajectories are judged once it is disabled.
+        // Its trajectories are handled once it is disabled.
         return true;
     }
     robot.judge_trajectories(time_step);
@@ -190,30 +202,32 @@ fn end_step(robot: &mut Entity, time_step: f64) -> bool {
 #[derive(Clone, Copy)]
 struct Part<'a> {
     gravity: DVec3,
-    /// Of the whole step, seconds.
+    /// Time step of the whole step, seconds.
     time_step: f64,
-    /// Of this part, seconds.
+    /// Length of this part, seconds.
     h: f64,
     integrator: Integrator,
     surface_combination: SurfaceCombination,
-    /// Bodies at rest fall asleep.
+    /// Whether bodies at rest fall asleep.
     sleeping: bool,
-    /// How much of the step is over, 0 to 1.
+    /// Fraction of the step that is over, 0 to 1.
     done: f64,
-    /// It is the first one.
+    /// Whether it is the first part.
     begins: bool,
-    /// It is the last one.
+    /// Whether it is the last part.
     ends: bool,
-    /// What [`end_step`] says of any robot that was solved. Threads only set it, so that their order does not matter.
+    /// Whether [`end_step`] returned true for any solved robot. Threads only set it, so that their order does
+    /// not matter.
     needs_attention: &'a AtomicBool,
 }
 
-/// From how near what moves contacts are looked for beside what its motion asks for, metres.
+/// Returns the distance from moving robots within which contacts are looked for, in addition to the distance
+/// for their motion, metres.
 pub(super) fn slack(gravity: DVec3, h: f64) -> f64 {
     NEAR + 2.0 * gravity.length() * h * h
 }
 
-/// False where it was interrupted.
+/// Does one part of a step. Returns false if interrupted.
 fn advance(
     robots: &mut [Entity],
     (contacts, constraints): (&mut Contacts, &mut LinkConstraints),
@@ -222,9 +236,9 @@ fn advance(
     pool: Option<&dyn Pool>,
     interrupt: &Interrupt<'_>,
 ) -> bool {
-    // The part before says it for what comes before groups are known.
+    // The previous part decides for the work before groups are known.
     let threads = pool.filter(|_| groups.are_worth_threads());
-    // One that is alone with its shapes meets nothing, and need not know where they are.
+    // A single robot with shapes meets nothing, and its shapes need no poses.
     let others = busy.idle_shaped() + busy.shaped().len() > 1;
     let for_poses = threads.filter(|_| !busy.shaped().is_empty());
     for_each((for_poses, PIECES), (robots, 0), busy.begin_early(), &|robot: &mut Entity| {
@@ -257,7 +271,8 @@ impl Part<'_> {
         slack(self.gravity, self.h)
     }
 
-    /// Begins the part for a robot: what acts on it and where it is, and where its shapes are, if there are `others`.
+    /// Begins the part for a robot: updates its forces and pose, and the poses of its shapes if there are
+    /// `others`.
     fn begin(self, robot: &mut Entity, others: bool) {
         robot.fetch();
         if self.begins {
@@ -267,15 +282,15 @@ impl Part<'_> {
         if robot.is_active() {
             robot.update_poses(others, self.slack(), self.h);
         }
-        // Of a heap thousands are solved together: each would be fetched into the cache once more. Others may step several at once, which
-        // starts them.
+        // Thousands of a heap are solved together: each would be fetched into the cache once more. Other
+        // robots may step several at once, which starts them.
         robot.is_started = robot.is_free_body() && robot.is_awake();
         if robot.is_started {
             robot.body.start(self.gravity, self.h, self.integrator);
         }
     }
 
-    /// Wakes a group and moves it on, where any of it is awake. False where it was interrupted.
+    /// Wakes a group and advances it, if any of it is awake. Returns false if interrupted.
     fn solve(self, mut group: Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
         if group.wake(self.done) && !self.move_on(&mut group, island, interrupt) {
             return false;
@@ -284,7 +299,7 @@ impl Part<'_> {
         true
     }
 
-    /// Begins the part for those of a group that have not begun it.
+    /// Begins the part for the members of a group that have not begun it.
     fn begin_late(self, group: &mut Group<'_, '_>) {
         for robot in group.members() {
             if robot.begins_late() {
@@ -293,7 +308,7 @@ impl Part<'_> {
         }
     }
 
-    /// Ends the step for a group, where the part ends it.
+    /// Ends the step for a group, if this is the last part.
     fn end(self, group: &mut Group<'_, '_>) {
         if self.ends {
             for robot in group.members() {
@@ -304,7 +319,7 @@ impl Part<'_> {
         }
     }
 
-    /// Moves a group on that is awake. False where it was interrupted.
+    /// Advances an awake group. Returns false if interrupted.
     fn move_on(self, group: &mut Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
         for robot in group.members().filter(|robot| !robot.is_started) {
             robot.body.start(self.gravity, self.h, self.integrator);
@@ -312,10 +327,10 @@ impl Part<'_> {
         self.solve_started(group, island, interrupt)
     }
 
-    /// The same of a group whose robots have been started.
+    /// Advances a group whose robots have been started.
     ///
-    /// A robot that cannot be computed spoils no other one: it is moved on by itself, and those around it are solved as if it were not
-    /// there, in the groups that they are without it.
+    /// A robot that cannot be computed spoils no other one: it is advanced alone. The robots around it are
+    /// solved as if it did not exist, in the groups that remain without it.
     fn solve_started(
         self,
         group: &mut Group<'_, '_>,
@@ -345,7 +360,7 @@ impl Part<'_> {
         true
     }
 
-    /// Moves on what nothing acts on in this part.
+    /// Advances robots on which nothing acts in this part.
     fn move_alone(self, group: &mut Group<'_, '_>) {
         let Self { gravity, h, .. } = self;
         for member in &mut *group.robots {

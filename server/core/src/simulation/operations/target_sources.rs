@@ -1,4 +1,4 @@
-//! Keeps who set which target, while commands come and robots come and go.
+//! Sources of targets, updated with commands and with changes of robots.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +8,8 @@ use crate::simulation::published_state::WorldLayout;
 use crate::simulation::target_sources::{RobotTargetSources, TargetSource};
 
 impl Simulation {
-    /// Targets of these joints, each by its robot's index and its own in the model, were set.
+    /// Records the source of targets for these joints, each by the indices of its robot and of the joint in
+    /// the model.
     pub(in crate::simulation) fn targets_were_set(
         &mut self,
         joints: impl IntoIterator<Item = (usize, usize)>,
@@ -27,12 +28,13 @@ impl Simulation {
         }
     }
 
-    /// Targets were put back to where they were before they were set.
+    /// Clears all sources after a state before the targets was restored.
     pub(in crate::simulation) fn targets_were_put_back(&mut self) {
         self.target_sources = Arc::new(vec![RobotTargetSources::default(); self.entities.len()]);
     }
 
-    /// Robots from this index on came, went or changed their model, which makes other robots of them.
+    /// Updates the sources when robots from this index on were added, deleted or reloaded, which makes other
+    /// robots of them.
     pub(in crate::simulation) fn keep_target_sources(&mut self, before: &WorldLayout, first: usize) {
         let versions = before.entities.iter().map(|entity| entity.version);
         let known = versions.zip(self.target_sources.iter().cloned()).skip(first);

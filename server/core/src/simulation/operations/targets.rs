@@ -1,4 +1,4 @@
-//! Targets for joints: checked as a whole, then applied as a whole.
+//! Targets for joints: validated as a whole, then applied as a whole.
 
 use crate::dynamics::spherical::rotation_vector;
 use crate::dynamics::{Actuator, Articulation, Axis, Mode};
@@ -8,7 +8,7 @@ use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
 use crate::simulation::{Reply, Simulation, check};
 
-/// A target that was found good: which robot, which degree of freedom, what it does there.
+/// A validated target: robot, degree of freedom, and actuator.
 struct Accepted {
     entity: usize,
     joint: usize,
@@ -50,10 +50,10 @@ impl Simulation {
     }
 }
 
-/// The check of one request.
+/// Validation of one request.
 struct Check<'a> {
     request: &'a SetTargets,
-    /// That the request came with.
+    /// Claim of the request.
     claim: Option<ClaimId>,
     accepted: Vec<Accepted>,
     clamped: Vec<Clamped>,
@@ -146,16 +146,16 @@ impl Check<'_> {
     }
 }
 
-/// A target that lies beyond a limit.
+/// Excess of a target beyond a limit.
 pub(super) struct Beyond {
     requested: f64,
-    /// The least that it may be.
+    /// Lower limit.
     lower: f64,
-    /// The most.
+    /// Upper limit.
     upper: f64,
 }
 
-/// What a body's actuator does from now on for a target of its one axis, clamped to its limits.
+/// Returns the actuator of a body for a target of its one axis, clamped to its limits.
 pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -> (Actuator, Option<Beyond>) {
     let position = robot.tree().position_of_axis(body, robot.positions());
     let dof = robot.tree().bodies[body].velocity;
@@ -182,7 +182,7 @@ pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -
         } => {
             let (lower, upper) = limits.range();
             let wanted = bounded(wanted, lower, upper);
-            // On from where the target before has got to, or from where the joint is.
+            // Continues from the previous target's setpoint, or from the joint's position.
             let (setpoint, setpoint_velocity) = match axis.actuator.mode {
                 Mode::Position | Mode::Hold => (axis.actuator.setpoint, axis.actuator.setpoint_velocity),
                 Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => (position, joint_velocity),
@@ -217,7 +217,7 @@ pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -
             let target = bounded(effort, -most, most);
             Actuator { mode: Mode::Effort, target, ..Actuator::default() }
         }
-        // Those of a spherical joint are taken apart before.
+        // Targets of a spherical joint are split before.
         Target::Passive | Target::Orientation { .. } | Target::AngularVelocity { .. } | Target::Torque(_) => {
             Actuator { mode: Mode::Passive, ..Actuator::default() }
         }
@@ -226,7 +226,7 @@ pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -
     (actuator, beyond)
 }
 
-/// The target of each axis of a joint that has one or, spherical, three.
+/// Returns the target of each axis of a joint with one axis or, if spherical, three.
 fn of_axes(target: &Target, is_spherical: bool) -> Result<[Option<Target>; 3], Error> {
     let each = |of: &dyn Fn(usize) -> Target| Ok(std::array::from_fn(|k| Some(of(k))));
     match *target {
@@ -286,12 +286,12 @@ fn of_axes(target: &Target, is_spherical: bool) -> Result<[Option<Target>; 3], E
     }
 }
 
-/// The damping that goes with a stiffness without overshoot: 2 sqrt(k M_ii).
+/// Returns the critical damping for a stiffness: 2 sqrt(k M_ii).
 fn critical(stiffness: f64, axis: &Axis) -> f64 {
     2.0 * (stiffness * axis.settings.composite_inertia).sqrt()
 }
 
-/// Every number of a target.
+/// Checks every number of a target.
 fn check_target(target: &Target) -> Result<(), Error> {
     match *target {
         Target::Position {

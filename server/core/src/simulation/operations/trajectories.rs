@@ -1,5 +1,5 @@
-//! Trajectories: taken, carried out step by step, and ended. Who sets another target for a joint, puts it elsewhere or holds
-//! it ends what it was carrying out; the other joints of that trajectory hold where they are.
+//! Trajectories: start, execution and end. Another target, a reset or a hold of a joint ends its trajectory;
+//! the other joints of that trajectory hold their positions.
 
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ impl Simulation {
             id,
             joints,
             points: Arc::clone(&request.points),
-            // What begins now waits for no time: it begins with the next step, like all that were to begin by then.
+            // A trajectory for now begins with the next step, like all that were to begin by then.
             begin: if request.begin == Begin::Now { Begin::After(0.0) } else { request.begin },
             elapsed: 0.0,
             next: 0,
@@ -53,7 +53,7 @@ impl Simulation {
         Ok(Reply::TrajectoryAccepted { id })
     }
 
-    /// Ends a trajectory; without an id all of the robot.
+    /// Cancels a trajectory; without an id all of the robot.
     pub(in crate::simulation) fn cancel_trajectory(
         &mut self,
         robot: &str,
@@ -78,7 +78,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    /// Joints of a robot have another target: their trajectories end.
+    /// Ends the trajectories of joints that have another target.
     pub(in crate::simulation) fn supersede_trajectories(&mut self, robot_index: usize, joints: &[usize]) {
         let entity = &mut self.entities[robot_index];
         if entity.state.trajectories.is_empty() {
@@ -93,7 +93,7 @@ impl Simulation {
         self.report_ended(robot_index);
     }
 
-    /// Joints of a robot, or all, were put elsewhere, or are no longer driven by who drove them.
+    /// Cancels the trajectories of joints of a robot, or of all, that were moved or lost their driver.
     pub(in crate::simulation) fn cancel_trajectories(
         &mut self,
         robot_index: usize,
@@ -111,7 +111,7 @@ impl Simulation {
         self.report_ended(robot_index);
     }
 
-    /// Robots and the ids of their trajectories.
+    /// Returns robots and the ids of their trajectories.
     pub(in crate::simulation) fn trajectory_ids(&self) -> Vec<(String, u64)> {
         let robots = self.entities.iter().map(|entity| &entity.state);
         let ids = robots.flat_map(|state| {
@@ -120,7 +120,7 @@ impl Simulation {
         ids.collect()
     }
 
-    /// Makes known what ended, and forgets it.
+    /// Emits events for ended trajectories, and removes them.
     pub(in crate::simulation) fn report_ended(&mut self, robot_index: usize) {
         loop {
             let state = &mut self.entities[robot_index].state;
@@ -138,7 +138,7 @@ impl Simulation {
 }
 
 impl Entity {
-    /// The joints that a request names, which its sender may command and its points suit.
+    /// Returns the joints that a request names, if its sender may command them and its points suit them.
     fn trajectory_joints(
         &self,
         request: &FollowTrajectory,
@@ -196,14 +196,14 @@ impl Entity {
         Ok(joints)
     }
 
-    /// The position, the velocity and what else lies there of a joint with one axis.
+    /// Returns the indices of the body, position and velocity of a joint with one axis.
     fn axis_of(&self, joint: usize) -> (usize, usize, usize) {
         let body = self.body.tree().joints[joint].start;
         let own = &self.body.tree().bodies[body];
         (body, own.position, own.velocity)
     }
 
-    /// Those whose time has come begin, `seconds` later than when this was asked last.
+    /// Begins the trajectories that are due, `seconds` later than at the last call.
     fn begin_trajectories(&mut self, seconds: f64) {
         for index in 0..self.state.trajectories.len() {
             let (before, rest) = self.state.trajectories.split_at_mut(index);
@@ -212,7 +212,7 @@ impl Entity {
                 Begin::Now => false,
                 Begin::After(left) => {
                     *left -= seconds;
-                    // To the nearest step.
+                    // Rounded to steps.
                     *left <= seconds / 2.0
                 }
                 Begin::Queued => {
@@ -225,7 +225,7 @@ impl Entity {
         }
     }
 
-    /// Goes on from where the target of each joint has got to, or from where the joint is.
+    /// Begins a trajectory at the setpoint of each joint's target, or at the joint's position.
     fn begin_trajectory(&mut self, index: usize) {
         let Self { state, body, .. } = self;
         let trajectory = &mut state.trajectories[index];
@@ -250,8 +250,8 @@ impl Entity {
         }
     }
 
-    /// Ends a trajectory: joints other than those that have a new target already hold where they are, and what was queued
-    /// behind it is cancelled with it.
+    /// Ends a trajectory. Its joints hold their positions, except those that already have a new target.
+    /// Trajectories queued behind it are cancelled with it.
     fn end_trajectory(&mut self, index: usize, end: TrajectoryEnd, except: &[usize]) {
         let trajectory = &self.state.trajectories[index];
         if trajectory.ended.is_some() {
@@ -295,7 +295,7 @@ impl Entity {
         }
     }
 
-    /// Gives the joints of trajectories their targets for the step of so many seconds that begins.
+    /// Sets the targets of joints with trajectories for the step of `time_step` seconds that begins.
     pub(in crate::simulation) fn follow_trajectories(&mut self, time_step: f64) {
         if self.state.trajectories.is_empty() {
             return;
@@ -311,7 +311,7 @@ impl Entity {
                 let Sample { position, velocity, acceleration: _, effort } = trajectory.sample(joint_index);
                 let (_, _, axis) = self.axis_of(trajectory.joints[joint_index].joint);
                 let present = &mut self.body.axes_mut()[axis].actuator;
-                // In place: what goes on smoothly is no interruption of it.
+                // In place, since a smooth continuation is no interruption.
                 if present.mode == Mode::Position {
                     (present.target, present.setpoint, present.setpoint_velocity) = (position, position, 0.0);
                     (present.velocity, present.feed_forward) = (velocity, effort);
@@ -330,8 +330,8 @@ impl Entity {
         }
     }
 
-    /// Looks, after a step of so many seconds, which trajectories are over, and begins those whose time has come. What ended is
-    /// to be reported by [`Simulation::report_ended`].
+    /// Ends trajectories that are over after a step of `time_step` seconds, and begins those that are due.
+    /// [`Simulation::report_ended`] must report the ended ones.
     pub(in crate::simulation) fn judge_trajectories(&mut self, time_step: f64) {
         if self.state.trajectories.is_empty() {
             return;
@@ -351,14 +351,14 @@ impl Entity {
         self.begin_trajectories(time_step);
     }
 
-    /// Whether any ended since the last report.
+    /// Returns whether any ended since the last report.
     pub(in crate::simulation) fn has_ended_trajectories(&self) -> bool {
         self.state.trajectories.iter().any(|trajectory| trajectory.ended.is_some())
     }
 
-    /// How one that is carried out has ended, if it has.
+    /// Returns how a running trajectory has ended, if it has.
     fn end_of(&self, trajectory: &ActiveTrajectory, time_step: f64) -> Option<TrajectoryEnd> {
-        // To the nearest step.
+        // Rounded to steps.
         let late = trajectory.elapsed - trajectory.duration();
         if late < -time_step / 2.0 {
             return self.violation(trajectory, |joint| joint.path).map(TrajectoryEnd::PathToleranceViolated);
@@ -371,7 +371,7 @@ impl Entity {
         is_over.then_some(TrajectoryEnd::GoalToleranceViolated(violation))
     }
 
-    /// The first joint that is beyond a tolerance.
+    /// Returns the first joint that is beyond a tolerance.
     fn violation(
         &self,
         trajectory: &ActiveTrajectory,

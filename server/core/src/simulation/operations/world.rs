@@ -1,4 +1,4 @@
-//! The world as a whole: its physics, its resets, going back to a kept state.
+//! The world as a whole: its physics, its resets, restored states.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -36,14 +36,15 @@ impl Simulation {
         self.settings.integrator = integrator.unwrap_or(self.settings.integrator);
         self.settings.surface_combination = surface_combination.unwrap_or(before.surface_combination);
         self.settings.sleeping = sleeping.unwrap_or(before.sleeping);
-        // Impulses and changes of velocities are published as forces and accelerations, that is divided by the length of a step.
+        // Impulses and changes of velocities are published as forces and accelerations: divided by the length
+        // of a step.
         let step = self.settings.time_step / before.time_step;
         let part = step * f64::from(before.substeps) / f64::from(self.settings.substeps);
         self.contacts.stretch(step, part);
         self.constraints.list.iter_mut().for_each(|of| of.stretch(step, part));
         self.entities.iter_mut().for_each(|entity| entity.body.change_step(part));
         let h = self.settings.time_step / f64::from(self.settings.substeps);
-        // A longer step follows softer springs.
+        // A longer step requires softer springs.
         for entity in self.entities.iter_mut().filter(|entity| !entity.state.pulls.is_empty()) {
             entity.soften_pulls((h, self.settings.integrator));
         }
@@ -53,7 +54,7 @@ impl Simulation {
     }
 
     pub(in crate::simulation) fn reset(&mut self, scope: ResetScope) -> Result<Reply, Error> {
-        // In the words of `simulation_interfaces`, no scope given is all but `spawned`.
+        // In `simulation_interfaces`, no given scope means all except `spawned`.
         let none = scope == ResetScope::default();
         let scope = if none { ResetScope { time: true, state: true, spawned: false } } else { scope };
         let mut deleted = Vec::new();
@@ -83,7 +84,7 @@ impl Simulation {
             self.targets_were_put_back();
         }
         if scope.state || !deleted.is_empty() {
-            // Their indices may have changed: initial overlaps are looked for again.
+            // Their indices may have changed: initial overlaps are searched again.
             self.contacts.replace(Vec::new(), &[]);
             for entity in &mut self.entities {
                 entity.state.teleported = true;
@@ -107,7 +108,7 @@ impl Simulation {
         let state = saved.world_state();
         let (at, time_base) =
             (Moment { epoch: 0, step: state.step, sim_time: state.sim_time }, state.time_base);
-        // Claims are agreements between clients, not state of the world: who holds one keeps it.
+        // Claims are agreements between clients, not state of the world: holders keep them.
         let held: BTreeMap<String, _> = self
             .entities
             .iter()
@@ -119,7 +120,7 @@ impl Simulation {
             self.forget_sensor_ids();
         }
         let there = self.trajectory_ids();
-        // Those of a state from elsewhere may have the numbers that would be given next.
+        // Versions of a state from elsewhere may equal those that would be assigned next.
         let last = there.iter().map(|(_, id)| *id).max().unwrap_or_default();
         self.next_version = self.next_version.max(last + 1);
         for entity in &mut self.entities {
@@ -147,8 +148,7 @@ impl Simulation {
 }
 
 impl Entity {
-    /// Back to the state it was spawned with. Settings of joints that were changed
-    /// since stay changed.
+    /// Restores the state it was spawned with. Changed settings of joints stay changed.
     fn put_back(&mut self) {
         let settings: Vec<_> = self.body.axes().iter().map(|axis| axis.settings.clone()).collect();
         self.body.set_state(&self.state.spawned);

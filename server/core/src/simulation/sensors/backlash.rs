@@ -1,28 +1,28 @@
-//! Backlash: where an encoder is that sits behind a gear with play.
+//! Backlash: position of an encoder behind a gear with play.
 
 use serde::{Deserialize, Serialize};
 
-/// Where an encoder is, and whether its joint takes it along.
+/// Position of an encoder, and whether its joint drives it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EncoderShaft {
-    /// In the joint's unit, rad or m.
+    /// Position in the joint's unit, rad or m.
     pub position: f64,
-    /// The last step moved it.
+    /// Whether the last step moved it.
     pub is_driven: bool,
 }
 
 impl EncoderShaft {
-    /// One in the middle of its backlash, with its joint at this position.
+    /// Creates a shaft in the middle of its backlash, with its joint at this position.
     pub(super) fn amid(joint: f64) -> Self {
-        // Of a robot that is disabled the position may be no number, and a state has none of those.
+        // The position of a disabled robot may be NaN, which no state may contain.
         Self { position: if joint.is_finite() { joint } else { 0.0 }, is_driven: false }
     }
 
-    /// Goes along as far as its joint takes it: the play operator (Krasnosel'skii and Pokrovskii, "Systems with hysteresis",
-    /// 1989, section 2). `backlash` is the way from one flank to the other.
+    /// Moves with its joint: the play operator (Krasnosel'skii and Pokrovskii, "Systems with hysteresis",
+    /// 1989, section 2). `backlash` is the distance between both flanks.
     pub(super) fn follow(&mut self, joint: f64, backlash: f64) {
         let half = 0.5 * backlash;
-        // Of a joint whose position is no number it stays where it is.
+        // If the joint's position is NaN, it stays.
         let position = self.position.max(joint - half).min(joint + half);
         self.is_driven = position != self.position;
         self.position = position;
@@ -33,7 +33,8 @@ impl EncoderShaft {
 mod tests {
     use super::*;
 
-    /// To one side, back and again to the first: the loop of the play operator, whose flanks are half the backlash beside the joint.
+    /// To one side, back and to the first side: the loop of the play operator, whose flanks are half the
+    /// backlash from the joint.
     #[test]
     fn an_encoder_goes_along_once_the_play_is_taken_up() {
         let mut shaft = EncoderShaft::amid(1.0);

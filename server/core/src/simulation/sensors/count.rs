@@ -1,14 +1,15 @@
-//! How many sensors there are, and how many may be.
+//! Number of sensors and its limits.
 
 use simd_model::sensor::SensorKind;
 
 use super::state::MAX_SENSORS;
 use crate::simulation::error::Error;
 
-/// Rays of all sensors of a world at the most. The newest reading of each is kept: these are 32 MiB of ranges.
+/// Maximum number of rays of all sensors of a world. The newest reading of each is stored: these are 32 MiB
+/// of ranges.
 pub const MAX_RAYS: u64 = 8 << 20;
 
-/// Sensors, and the rays of all of them together.
+/// Number of sensors, and of all their rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::simulation) struct SensorCount {
     sensors: usize,
@@ -16,7 +17,7 @@ pub(in crate::simulation) struct SensorCount {
 }
 
 impl SensorCount {
-    /// Counts sensors by what they measure.
+    /// Counts sensors by their types.
     pub(in crate::simulation) fn of<'k>(kinds: impl IntoIterator<Item = &'k SensorKind>) -> Self {
         kinds.into_iter().fold(Self::default(), |Self { sensors, rays }, kind| Self {
             sensors: sensors + 1,
@@ -24,7 +25,7 @@ impl SensorCount {
         })
     }
 
-    /// Refuses so many more where there would be too many.
+    /// Refuses additional sensors if there would be too many.
     pub(in crate::simulation) fn check(self, more: Self) -> Result<(), Error> {
         let (sensors, rays) = (self.sensors + more.sensors, self.rays.saturating_add(more.rays));
         for (what, more, value, limit) in [

@@ -1,4 +1,4 @@
-//! What a sensor is, until a command changes it.
+//! Definition of a sensor, which only commands change.
 
 use std::sync::Arc;
 
@@ -8,38 +8,39 @@ use simd_model::sensor::{ChannelNoise, MAX_CHANNEL_NOISE, SensorKind, SensorMoun
 
 use crate::plain::{bounded_list, pose3};
 
-/// A sensor of a robot. It does not change while it is there.
+/// A sensor of a robot. It is immutable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorDefinition {
-    /// Unique in its robot; `[A-Za-z0-9_-]+`.
+    /// Name, unique in its robot; `[A-Za-z0-9_-]+`.
     pub name: String,
-    /// What it is on; indices are of the robot's model.
+    /// Mount of the sensor; indices refer to the robot's model.
     pub on: SensorMount,
-    /// The link whose frame `pose` is in: of a sensor on a joint the joint's child.
+    /// Link whose frame `pose` is in; for a sensor on a joint, the joint's child.
     pub link: usize,
-    /// `link_from_sensor`.
+    /// Pose `link_from_sensor`.
     #[serde(with = "pose3")]
     pub pose: DPose3,
-    /// Samples in a second of sim time. `None`, or more than there are steps: one each step.
+    /// Samples per second of sim time. `None`, or more than the steps per second, means one each step.
     pub rate: Option<f64>,
-    /// What it measures.
+    /// Type of sensor.
     pub kind: SensorKind,
-    /// Of its channels; the later ones win.
+    /// Noise of its channels; later entries win.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_CHANNEL_NOISE, _, _>")]
     pub noise: Vec<ChannelNoise>,
-    /// What its noise is drawn from.
+    /// Seed of its noise.
     pub seed: u64,
-    /// The robot's description has it, and no client made it.
+    /// Whether it comes from the robot's description, and not from a client.
     pub is_described: bool,
 }
 
-/// A sensor as it is published.
+/// Published form of a sensor.
 #[derive(Clone, Debug)]
 pub struct WorldSensor {
-    /// Unlike that of any other sensor of this world before it. It is no part of the state: one that came from a file has another.
+    /// Identifier, which no other sensor of this world had before. It is no part of the state: a sensor from
+    /// a file gets another one.
     pub id: u64,
-    /// Index of its robot in [`WorldLayout::entities`](super::super::published_state::WorldLayout::entities).
+    /// Robot, by index in [`WorldLayout::entities`](super::super::published_state::WorldLayout::entities).
     pub robot: usize,
-    /// What it is.
+    /// Definition of the sensor.
     pub definition: Arc<SensorDefinition>,
 }

@@ -1,40 +1,41 @@
-//! Random numbers that are a function of a counter, so that a reading does not depend on what was drawn before it.
+//! Random numbers as a function of a counter, so that a reading does not depend on previous draws.
 //!
-//! Philox4x32 with ten rounds: Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011. The
-//! keys are mixed by the finalizer of splitmix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+//! Philox4x32 with ten rounds: Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3",
+//! SC 2011. The finalizer of splitmix64 mixes the keys: Steele, Lea and Flood, "Fast splittable pseudorandom
+//! number generators", OOPSLA 2014.
 
-/// What a number is drawn for: the last word of the counter.
+/// Purpose of a number: the last word of the counter.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Purpose {
     /// A sample.
     Sample = 0,
-    /// The bias of a channel, which is drawn once.
+    /// Bias of a channel, which is drawn once.
     Bias = 1,
-    /// What a walk goes on by.
+    /// Increment of a random walk.
     Walk = 2,
     /// Whether a sample is lost.
     Loss = 3,
 }
 
-/// The numbers of one sensor: the same for the same seed and names.
+/// Random numbers of one sensor, which are equal for equal seeds and names.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stream(pub(super) u64);
 
 impl Stream {
-    /// Four words for a sample and a channel or ray.
+    /// Returns four words for a sample and a channel or ray.
     fn words(self, sample: u64, channel: u32, purpose: Purpose) -> [u32; 4] {
         let [low, high] = halves(sample);
         philox([low, high, channel, purpose as u32], halves(self.0))
     }
 
-    /// From 0 up to 1, evenly.
+    /// Returns a uniformly distributed number from 0 to below 1.
     pub(super) fn uniform(self, sample: u64, channel: u32, purpose: Purpose) -> f64 {
         let [a, b, ..] = self.words(sample, channel, purpose);
         unit(a, b)
     }
 
-    /// From a normal distribution about 0 with a standard deviation of 1: Box and Muller, "A note on the generation of random
-    /// normal deviates", 1958.
+    /// Returns a number with a normal distribution about 0 with a standard deviation of 1. Source: Box and
+    /// Muller, "A note on the generation of random normal deviates", 1958.
     pub(super) fn normal(self, sample: u64, channel: u32, purpose: Purpose) -> f64 {
         let [a, b, c, d] = self.words(sample, channel, purpose);
         // 1 - u is above 0, so that its logarithm is finite.
@@ -43,11 +44,11 @@ impl Stream {
     }
 }
 
-/// The stream of a sensor.
+/// Returns the stream of a sensor.
 pub(super) fn stream(seed: u64, robot: &str, sensor: &str) -> Stream {
     let mut state = mixed(seed);
     for name in [robot, sensor] {
-        // The length tells "ab" and "c" from "a" and "bc".
+        // The length distinguishes "ab" and "c" from "a" and "bc".
         state = mixed(state ^ name.len() as u64);
         for byte in name.bytes() {
             state = mixed(state ^ u64::from(byte));
@@ -56,7 +57,7 @@ pub(super) fn stream(seed: u64, robot: &str, sensor: &str) -> Stream {
     Stream(state)
 }
 
-/// The finalizer of splitmix64, after its increment.
+/// Returns the finalizer of splitmix64, after its increment.
 fn mixed(value: u64) -> u64 {
     let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -64,12 +65,12 @@ fn mixed(value: u64) -> u64 {
     value ^ (value >> 31)
 }
 
-/// The lower and the upper 32 bits.
+/// Returns the lower and the upper 32 bits.
 fn halves(value: u64) -> [u32; 2] {
     [value as u32, (value >> 32) as u32]
 }
 
-/// From 0 up to 1, in steps of 2^-53.
+/// Returns a number from 0 to below 1, in steps of 2^-53.
 fn unit(low: u32, high: u32) -> f64 {
     let bits = (u64::from(high) << 32 | u64::from(low)) >> 11;
     bits as f64 * (1.0 / (1u64 << 53) as f64)
@@ -103,7 +104,8 @@ mod tests {
         );
     }
 
-    /// Of a million, the mean of a normal distribution errs by 0.001 in a standard deviation, and its variance by 0.0014.
+    /// In a standard deviation, the mean of a million normal numbers errs by 0.001, and their variance by
+    /// 0.0014.
     #[test]
     fn normal_numbers_have_the_mean_the_variance_and_the_tails_of_a_normal_distribution() {
         let stream = stream(7, "arm", "imu");

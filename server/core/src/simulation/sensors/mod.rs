@@ -1,7 +1,8 @@
-//! Sensors of robots: what they are, when their samples fall due, and what noise their readings have.
+//! Sensors of robots: their definitions, the times of their samples, and the noise of their readings.
 //!
-//! A step only counts: which samples fell due, how far each random walk has gone, and where encoders with backlash are. What a sample measures follows from the state that
-//! is published after that step, on any thread: see [`measure`](super::measure).
+//! A step only counts: which samples are due, the state of each random walk, and the positions of encoders
+//! with backlash. The measurement of a sample follows from the state that is published after that step, on
+//! any thread: see [`measure`](super::measure).
 
 mod backlash;
 mod count;

@@ -1,4 +1,4 @@
-//! Noise: what a sample's true values become.
+//! Noise of a sample's true values.
 
 use glamx::{DQuat, DVec3};
 use simd_model::sensor::{Channels, MAX_CHANNELS, Noise, SensorKind};
@@ -7,7 +7,8 @@ use super::definition::SensorDefinition;
 use super::generator::{Purpose, Stream};
 use super::state::DueSample;
 
-/// The noise of one sample. It depends on nothing but the sensor's seed and names, the sample's number, and the walk.
+/// Noise of one sample. It depends only on the sensor's seed and names, the sample's number, and the random
+/// walk.
 #[derive(Debug)]
 pub struct SampleNoise<'a> {
     definition: &'a SensorDefinition,
@@ -16,24 +17,25 @@ pub struct SampleNoise<'a> {
     walk: &'a [f64; MAX_CHANNELS],
 }
 
-/// The noise of rays: bias and walk are one for all of them.
+/// Noise of rays: all of them share bias and walk.
 #[derive(Clone, Copy, Debug)]
 pub struct RayNoise {
     stream: Stream,
     sample: u64,
     noise: Option<Noise>,
-    /// Bias and walk.
+    /// Bias plus walk.
     offset: f64,
 }
 
 impl<'a> SampleNoise<'a> {
-    /// Of a sample.
+    /// Returns the noise of a sample.
     pub fn new(due: &'a DueSample) -> Self {
         let DueSample { definition, stream, sample, walk, .. } = due;
         Self { definition, stream: Stream(*stream), sample: *sample, walk }
     }
 
-    /// Whether the whole sample is lost: of several dropouts the largest counts. Of rays each is lost on its own.
+    /// Returns whether the whole sample is lost: the largest of several dropouts counts. Rays are lost
+    /// independently.
     pub fn is_lost(&self) -> bool {
         if matches!(self.definition.kind, SensorKind::Range(_) | SensorKind::Lidar(_)) {
             return false;
@@ -44,24 +46,24 @@ impl<'a> SampleNoise<'a> {
         dropout > 0.0 && self.stream.uniform(self.sample, 0, Purpose::Loss) < dropout
     }
 
-    /// A quantity of three numbers.
+    /// Adds noise to a quantity of three numbers.
     pub fn vector(&self, of: Channels, value: DVec3) -> DVec3 {
         let [x, y, z] = value.to_array();
         DVec3::new(self.number(of, 0, x), self.number(of, 1, y), self.number(of, 2, z))
     }
 
-    /// A quantity of one number.
+    /// Adds noise to a quantity of one number.
     pub fn scalar(&self, of: Channels, value: f64) -> f64 {
         self.number(of, 0, value)
     }
 
-    /// An orientation, turned about the sensor's axes by what would be added to a small turn.
+    /// Returns an orientation, rotated about the sensor's axes by the noise of a small turn.
     pub fn orientation(&self, value: DQuat) -> DQuat {
         let turn = self.vector(Channels::Orientation, DVec3::ZERO);
         if turn == DVec3::ZERO { value } else { (value * DQuat::from_scaled_axis(turn)).normalize() }
     }
 
-    /// Of rays.
+    /// Returns the noise of rays.
     pub fn rays(&self) -> RayNoise {
         let noise = self.definition.noise_of(Channels::Range, 0).copied();
         let offset = noise.map_or(0.0, |noise| bias(self.stream, 0, &noise) + self.walk[0]);
@@ -81,7 +83,7 @@ impl<'a> SampleNoise<'a> {
 }
 
 impl RayNoise {
-    /// The range of a ray, metres; `None` where it is lost.
+    /// Returns the range of a ray, metres; `None` if it is lost.
     pub fn of(&self, ray: u32, range: f64) -> Option<f64> {
         let Some(noise) = &self.noise else { return Some(range) };
         if noise.dropout > 0.0 && self.stream.uniform(self.sample, ray, Purpose::Loss) < noise.dropout {
@@ -93,7 +95,7 @@ impl RayNoise {
 }
 
 impl SensorDefinition {
-    /// The noise of a part of a quantity, the last that names it.
+    /// Returns the noise of a part of a quantity: the last entry that names it.
     fn noise_of(&self, of: Channels, axis: u8) -> Option<&Noise> {
         let names = |noise: &&simd_model::sensor::ChannelNoise| {
             noise.channels == of && noise.axis.is_none_or(|named| named == axis)
@@ -101,7 +103,7 @@ impl SensorDefinition {
         self.noise.iter().rev().find(names).map(|noise| &noise.noise)
     }
 
-    /// Takes the walks of all channels on by so many seconds, to a sample.
+    /// Advances the walks of all channels by some seconds, to a sample.
     pub(super) fn walk_on(&self, stream: Stream, sample: u64, seconds: f64, walk: &mut [f64; MAX_CHANNELS]) {
         if self.noise.iter().all(|noise| noise.noise.random_walk == 0.0) {
             return;
@@ -116,8 +118,9 @@ impl SensorDefinition {
     }
 }
 
-/// What is left of a walk after so many seconds, and the standard deviation of what is added to it: exact for a Wiener process,
-/// and for the Gauss-Markov process dx = -x / tau dt + s dW (Gardiner, "Stochastic methods", section 4.5.4).
+/// Returns the remaining part of a walk after some seconds, and the standard deviation of its increment. This
+/// is exact for a Wiener process, and for the Gauss-Markov process dx = -x / tau dt + s dW (Gardiner,
+/// "Stochastic methods", section 4.5.4).
 fn step_of_walk(noise: &Noise, seconds: f64) -> (f64, f64) {
     match noise.correlation_time {
         None => (1.0, noise.random_walk * seconds.sqrt()),
@@ -128,7 +131,7 @@ fn step_of_walk(noise: &Noise, seconds: f64) -> (f64, f64) {
     }
 }
 
-/// All channels of a kind: the number of each, its quantity, and which part of that it is.
+/// Returns all channels of a type of sensor: the number of each, its quantity, and the part of that.
 fn channels(kind: &SensorKind) -> impl Iterator<Item = (u32, Channels, u8)> + use<> {
     let parts = kind.channels().iter().flat_map(|(of, count)| (0..*count).map(move |axis| (*of, axis as u8)));
     (0..).zip(parts).map(|(channel, (of, axis))| (channel, of, axis))
@@ -149,6 +152,6 @@ fn normal(stream: Stream, sample: u64, channel: u32, noise: &Noise) -> f64 {
 
 fn quantised(value: f64, quantum: f64) -> f64 {
     let counted = (value / quantum).round() * quantum;
-    // Of a quantum that is so small that the quotient is infinite nothing is to be seen.
+    // If a quantum is so small that the quotient is infinite, it has no effect.
     if quantum > 0.0 && counted.is_finite() { counted } else { value }
 }

@@ -1,4 +1,4 @@
-//! A sensor's state: when it began, which samples it has taken, and how far its walk has gone.
+//! State of a sensor: its start, its samples and its random walk.
 
 use std::sync::Arc;
 
@@ -14,95 +14,96 @@ use crate::simulation::moment::Moment;
 use crate::simulation::settings::PhysicsSettings;
 use crate::valid::{finite, pose, sizes};
 
-/// Sensors of a world at the most.
+/// Maximum number of sensors of a world.
 pub const MAX_SENSORS: usize = 1_024;
 
-/// A sample falls due so much before the end of its period, as a part of a step: sums of steps are rounded.
+/// Time before the end of its period at which a sample is due, as a part of a step: sums of steps are
+/// rounded.
 const EARLY: f64 = 1e-3;
 
-/// A sensor, and what it remembers from sample to sample: what a save copies and a fingerprint reads.
+/// A sensor with its state between samples, which saves copy and fingerprints read.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SensorState {
-    /// What it is.
+    /// Definition of the sensor.
     #[serde(with = "shared")]
     pub definition: Arc<SensorDefinition>,
     /// Sim time from which its samples are counted.
     pub begun: f64,
-    /// How many of its periods have passed since.
+    /// Number of its periods since then.
     pub periods: u64,
-    /// Samples that it has taken.
+    /// Number of samples taken.
     pub samples: u64,
-    /// Sim time of the last of them.
+    /// Sim time of the last sample.
     pub last: f64,
-    /// Where the walk of each of its channels is, in the order of [`SensorKind::channels`].
+    /// Random walk of each channel, in the order of [`SensorKind::channels`].
     pub walk: [f64; MAX_CHANNELS],
-    /// `world_from_start`: where odometry counts from.
+    /// Origin of odometry, `world_from_start`.
     #[serde(with = "pose3")]
     pub start: DPose3,
-    /// Of an encoder with backlash; of all else as it began.
+    /// Shaft of an encoder with backlash; unchanged for other sensors.
     pub shaft: EncoderShaft,
-    /// [`WorldSensor::id`](super::WorldSensor::id); 0: none yet.
+    /// [`WorldSensor::id`](super::WorldSensor::id); 0 means none yet.
     #[serde(skip)]
     pub id: u64,
 }
 
-/// A sample that a step has taken, and whose measurement is to be made: see
+/// Sample that a step has taken, and that is still to be measured: see
 /// [`PublishedState::readings`](crate::simulation::PublishedState::readings).
 #[derive(Clone, Debug)]
 pub struct DueSample {
     /// [`WorldSensor::id`](super::WorldSensor::id).
     pub id: u64,
-    /// What the sensor is.
+    /// Definition of the sensor.
     pub definition: Arc<SensorDefinition>,
-    /// Index of its robot.
+    /// Robot, by index.
     pub robot: usize,
-    /// Counts from 1.
+    /// Number of the sample, from 1.
     pub sample: u64,
-    /// After which step.
+    /// Moment after the step.
     pub at: Moment,
     /// Gravity in that step, m/s^2, world.
     pub gravity: DVec3,
-    /// From one sample to the next, seconds.
+    /// Time between samples, seconds.
     pub period: f64,
-    /// What its noise is drawn from: the seed, and the names of robot and sensor.
+    /// Random stream of its noise, from the seed and the names of robot and sensor.
     pub stream: u64,
-    /// As [`SensorState::walk`].
+    /// Random walks, as [`SensorState::walk`].
     pub walk: [f64; MAX_CHANNELS],
-    /// As [`SensorState::start`].
+    /// Origin of odometry, as [`SensorState::start`].
     pub start: DPose3,
-    /// As [`SensorState::shaft`].
+    /// Shaft, as [`SensorState::shaft`].
     pub shaft: EncoderShaft,
 }
 
-/// Where a sensor is as it begins.
+/// Initial pose of a sensor.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::simulation) struct SensorOrigin {
-    /// `world_from_sensor`; of odometry alone.
+    /// Pose `world_from_sensor`, only for odometry.
     pub(in crate::simulation) start: DPose3,
-    /// Position of its joint, rad or m; of an encoder alone.
+    /// Position of its joint, rad or m, only for an encoder.
     pub(in crate::simulation) joint: f64,
 }
 
-/// No sensor takes more than one sample in a step.
+/// Returns the period of a sensor, at least a time step: no sensor takes more than one sample in a step.
 fn rate_period(rate: Option<f64>, time_step: f64) -> f64 {
     rate.map_or(time_step, |rate| (1.0 / rate).max(time_step))
 }
 
 impl DueSample {
-    /// Whether its measurement takes long, so that it is not to be made on the physics thread: of rays, and of cameras, whose
-    /// pictures the core does not draw.
+    /// Returns whether its measurement takes so long that it must not run on the physics thread. This holds
+    /// for rays, and for cameras, whose pictures the core does not draw.
     pub fn takes_long(&self) -> bool {
         matches!(self.definition.kind, SensorKind::Lidar(_) | SensorKind::Range(_) | SensorKind::Camera(_))
     }
 
-    /// Whether it is of a camera: it has a time, and no reading.
+    /// Returns whether it belongs to a camera: it has a time, and no reading.
     pub fn is_of_camera(&self) -> bool {
         matches!(self.definition.kind, SensorKind::Camera(_))
     }
 }
 
 impl SensorState {
-    /// One that begins at this sim time, at this place.
+    /// Creates a sensor that begins at this sim time, with this origin.
     pub(in crate::simulation) fn new(definition: SensorDefinition, now: f64, origin: SensorOrigin) -> Self {
         Self {
             definition: Arc::new(definition),
@@ -117,7 +118,7 @@ impl SensorState {
         }
     }
 
-    /// The joint that it follows with backlash.
+    /// Returns the joint that it follows with backlash.
     pub(in crate::simulation) fn followed_joint(&self) -> Option<usize> {
         match (self.definition.kind, self.definition.on) {
             (SensorKind::Encoder { backlash }, SensorMount::Joint(joint)) if backlash > 0.0 => Some(joint),
@@ -125,15 +126,15 @@ impl SensorState {
         }
     }
 
-    /// A step has brought that joint to this position.
+    /// Moves its shaft when a step has brought that joint to this position.
     pub(in crate::simulation) fn follow_joint(&mut self, position: f64) {
         if let SensorKind::Encoder { backlash } = self.definition.kind {
             self.shaft.follow(position, backlash);
         }
     }
 
-    /// Takes the sample that the step to this moment has brought, if one is due. Sample k is taken by the first step that reaches
-    /// k / rate since the beginning.
+    /// Takes the sample that is due at this moment, if any. The first step that reaches k / rate since the
+    /// start takes sample k.
     pub(in crate::simulation) fn take(
         &mut self,
         (robot, name): (usize, &str),
@@ -142,7 +143,7 @@ impl SensorState {
     ) -> Option<DueSample> {
         let definition = &*self.definition;
         let periods = definition.rate.map_or(self.periods.saturating_add(1), |rate| {
-            // What is below zero is 0 then.
+            // Negative numbers become 0.
             ((at.sim_time - self.begun + EARLY * settings.time_step) * rate).floor() as u64
         });
         if periods <= self.periods {
@@ -171,20 +172,21 @@ impl SensorState {
         })
     }
 
-    /// Where its samples and its odometry are counted from is now, at this sim time and place.
+    /// Restarts its samples and its odometry at this sim time and origin.
     pub(in crate::simulation) fn begin_anew(&mut self, now: f64, origin: SensorOrigin) {
         (self.begun, self.last) = (now, now);
         (self.periods, self.samples) = (0, 0);
         self.put_back(origin);
     }
 
-    /// Its robot was put back: its walk, its odometry and its backlash begin anew, and its samples go on.
+    /// Restarts its walk, its odometry and its backlash when its robot was reset; its samples continue.
     pub(in crate::simulation) fn put_back(&mut self, origin: SensorOrigin) {
         (self.walk, self.start) = ([0.0; MAX_CHANNELS], origin.start);
         self.shaft = EncoderShaft::amid(origin.joint);
     }
 
-    /// Whether the numbers of one from elsewhere can be, where its world is at this sim time; what is wrong is a fragment of a sentence.
+    /// Checks the numbers of a sensor from elsewhere, for this sim time of its world. The error is a fragment
+    /// of a sentence.
     pub(in crate::simulation) fn check(&self, now: f64) -> Result<(), String> {
         let Self { definition: _, begun, periods: _, samples: _, last, walk, start, shaft, id: _ } = self;
         sizes("times", [*begun, *last])?;

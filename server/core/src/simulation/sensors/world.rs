@@ -1,24 +1,25 @@
-//! The sensors of a world: what is published of them, and the samples of the last step.
+//! Sensors of a world: their published form, and the samples of the last step.
 
 use std::sync::Arc;
 
 use super::definition::WorldSensor;
 use super::state::{DueSample, SensorState};
 
-/// What a world has of its sensors beside their state, which is their robots'.
+/// Sensor data of a world beside the states of sensors, which belong to their robots.
 #[derive(Debug, Default)]
 pub(in crate::simulation) struct WorldSensors {
-    /// By robot, in the order in which they were made. Shared with what is published.
+    /// Sensors by robot, in the order of their creation. Shared with what is published.
     pub(in crate::simulation) published: Arc<Vec<WorldSensor>>,
-    /// Indices of the robots that have some, in order.
+    /// Indices of the robots with sensors, in order.
     pub(in crate::simulation) robots: Vec<usize>,
-    /// Of the last step: what measures reads the state that is published after it, and no later one.
+    /// Samples of the last step. Measurements read the state that is published after it, and no later one.
     pub(in crate::simulation) due: Vec<DueSample>,
     last_id: u64,
 }
 
 impl WorldSensors {
-    /// To be called with all sensors, by the index of their robot, when some of them may have come, gone or changed their index.
+    /// Updates the lists. Call it with all sensors, by the index of their robot, when sensors may have been
+    /// added or deleted or have changed their index.
     pub(in crate::simulation) fn changed<'s>(
         &mut self,
         all: impl Iterator<Item = (usize, &'s mut Vec<SensorState>)>,

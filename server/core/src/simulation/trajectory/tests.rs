@@ -1,4 +1,4 @@
-//! Points of a trajectory are joined by polynomials.
+//! Interpolation of a trajectory's points by polynomials.
 
 use super::*;
 

@@ -1,5 +1,6 @@
-//! How the groups of a part of a step are solved: robots of one tree that touch nothing, or what cannot move, several at once in
-//! [lanes](crate::dynamics::lanes); others one after the other. The bits are the same either way.
+//! Solution of the groups in a part of a step. Robots of one tree that touch nothing, or only immovable
+//! robots, are solved several at once in [lanes](crate::dynamics::lanes); others one after the other. The
+//! bits are equal in both cases.
 
 use super::Part;
 use crate::pool::Interrupt;
@@ -7,7 +8,7 @@ use crate::simulation::group_memory::{GroupMemory, LEAST};
 use crate::simulation::groups::{AT_ONCE, Group, GroupRange};
 
 impl Part<'_> {
-    /// Wakes groups and moves them on, where any of each is awake. False where it was interrupted.
+    /// Wakes groups and advances them, if any of each is awake. Returns false if interrupted.
     pub(super) fn solve_all(
         self,
         groups: GroupRange<'_, '_>,
@@ -41,7 +42,7 @@ impl Part<'_> {
         self.solve_at_once(&mut waiting[..count], memory, interrupt)
     }
 
-    /// The same of robots that wait for each other.
+    /// Wakes and advances groups that wait for each other.
     fn solve_at_once(
         self,
         waiting: &mut [Option<Group<'_, '_>>],
