@@ -1,4 +1,4 @@
-//! Contacts, overlaps and pairs that came from elsewhere: whether they are of the robots that there are.
+//! Validation of contacts, overlaps and pairs from elsewhere against the present robots.
 
 use super::key;
 use crate::collision::{ContactPoint, MOST_OF_PAIR, RobotLinkPair, Side};
@@ -7,8 +7,7 @@ use crate::simulation::entity::Entity;
 use crate::simulation::world_state::Pair;
 use crate::valid::finite;
 
-/// Checks contacts that came from elsewhere, and completes them with what follows from their robots; or says what is
-/// wrong with them, as a sentence.
+/// Checks contacts from elsewhere, and completes them with data of their robots. The error is a sentence.
 pub(in crate::simulation) fn complete(robots: &[Entity], contacts: &mut [Contact]) -> Result<(), String> {
     let mut before: Option<(Pair, usize)> = None;
     for contact in contacts {
@@ -53,7 +52,7 @@ pub(in crate::simulation) fn complete(robots: &[Entity], contacts: &mut [Contact
     Ok(())
 }
 
-/// Whether ignored overlaps are pairs of colliders of these robots, in order.
+/// Checks that ignored overlaps are ordered pairs of colliders of these robots.
 pub(in crate::simulation) fn check_ignored_overlaps(
     robots: &[Entity],
     ignored_overlaps: &[Pair],
@@ -64,7 +63,7 @@ pub(in crate::simulation) fn check_ignored_overlaps(
     ignored_overlaps.iter().try_for_each(|pair| sides(robots, *pair).map(|_sides| ()))
 }
 
-/// Whether switched pairs are links of these robots, in order and each once.
+/// Checks that enabled and disabled pairs are unique ordered links of these robots.
 pub(in crate::simulation) fn check_pairs(robots: &[Entity], pairs: &[RobotLinkPair]) -> Result<(), String> {
     let key = |of: &RobotLinkPair| (of.robots, of.pair.links);
     if !pairs.is_sorted_by(|a, b| key(a) < key(b)) {
@@ -84,7 +83,7 @@ pub(in crate::simulation) fn check_pairs(robots: &[Entity], pairs: &[RobotLinkPa
     }
 }
 
-/// What the two sides of a pair are.
+/// Returns the link and body of the two sides of a pair.
 fn sides(robots: &[Entity], (indices, colliders): Pair) -> Result<[Side; 2], String> {
     let side = |i: usize| {
         let robot = robots.get(indices[i]).filter(|robot| robot.is_active());

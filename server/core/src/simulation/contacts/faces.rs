@@ -1,26 +1,28 @@
-//! Points of one face share its load.
+//! Load sharing between the points of one face.
 //!
-//! How four points of a face share a load is not determined by the motion of rigid bodies. Rounding of depths, and sweeps, may leave
-//! all of it on one corner, and friction at one point resists no turning about it: a gripper would let turn what it holds. An elastic
-//! surface has the distribution that is linear over the face, which has the least sum of squares of all with the same force and moment.
+//! The motion of rigid bodies does not determine how four points of a face share a load. Rounding of depths,
+//! and sweeps, may leave all of it on one corner, and friction at one point resists no turning about it. A
+//! gripper would not keep its object from turning. An elastic surface has the distribution that is linear
+//! over the face. It has the least sum of squares of all with the same force and moment.
 
 use glamx::{DVec2, DVec3};
 
 use crate::dynamics::constraint::contact::Contact;
 
-/// Points whose normals differ by less than this are of one face: 1 minus a cosine.
+/// Difference of normals below which points belong to one face: 1 minus a cosine.
 const SAME_NORMAL: f64 = 1e-9;
 
-/// Friction holds a point where its impulse is below this part of its bound.
+/// Part of its bound below which friction holds a point.
 const HELD: f64 = 0.999;
 
-/// Points lie on a line if they are spread by less than this part across it, squared.
+/// Relative squared spread across a line below which points lie on it.
 const LINE: f64 = 1e-9;
 
-/// Points of a face whose distances differ by less than this are equally far, metres.
+/// Difference of distances below which points of a face are level, metres.
 const LEVEL: f64 = 1e-6;
 
-/// Has the points of each face of the contacts of two colliders share their load. Impulses are spread of contacts that the step solves.
+/// Makes the points of each face of two colliders' contacts share their load. Impulses are spread for
+/// contacts that the step solves.
 pub(super) fn share_loads(contacts: &mut [Contact], are_solved: bool) {
     if contacts.len() < 2 {
         return;
@@ -34,7 +36,8 @@ pub(super) fn share_loads(contacts: &mut [Contact], are_solved: bool) {
     }
 }
 
-/// Gives points that are nearly equally far their mean distance: else the one that is nearer by rounding carries all.
+/// Sets points at nearly equal distances to their mean distance. Otherwise the one that is nearer by rounding
+/// carries all.
 fn level(face: &mut [Contact]) {
     let [first, others @ ..] = &*face else { return };
     let (mut least, mut most, mut sum) = (first.point.distance, first.point.distance, first.point.distance);
@@ -50,8 +53,9 @@ fn level(face: &mut [Contact]) {
 
 /// Spreads the impulses of one face if friction holds all of its points, and no point would pull.
 ///
-/// Force and moment stay as they are: with r from the middle of the points, the normal impulses become F/n + r' C^-1 M, where C is the
-/// sum of r r' and M that of r times the impulse; the tangent ones T/n + a n x r, where a keeps the moment about the normal.
+/// Force and moment are conserved. With r from the centre of the points, the normal impulses become F/n + r'
+/// C^-1 M. C is the sum of r r', and M the sum of r times the impulse. The tangent impulses become T/n + a n
+/// x r, where a conserves the moment about the normal.
 fn spread(face: &mut [Contact]) {
     if face.len() < 3 || face.iter().any(|contact| contact.is_least) {
         return;
@@ -133,7 +137,7 @@ mod tests {
     #[test]
     fn a_load_on_two_corners_is_spread_over_four_with_the_same_force_and_moment() {
         for round in 0..100 {
-            // Numbers from -0.5 to 0.5 that repeat late.
+            // Numbers from -0.5 to 0.5 with a long period.
             let mut count = 7.0 * f64::from(round);
             let mut number = || {
                 count += 1.0;
@@ -187,7 +191,7 @@ mod tests {
         let mut even = line([1.5, 0.0, 1.5]);
         spread(&mut even);
         assert!(loads(&even).iter().all(|load| (load - 1.0).abs() < 1e-12), "{even:?}");
-        // All of it on an end has to stay there.
+        // A load that is entirely at an end must stay there.
         let mut end = line([3.0, 0.0, 0.0]);
         spread(&mut end);
         assert_eq!(loads(&end), [3.0, 0.0, 0.0]);

@@ -1,22 +1,21 @@
-//! What contacts have of those of the part of a step before: impulses, and the way they have come.
+//! Data that contacts inherit from the previous part of a step: impulses and displacement.
 
 use super::faces::share_loads;
 use super::key;
 use crate::dynamics::constraint::contact::Contact;
 
-/// A point is the same as before if it has moved on one of the two surfaces by less than this,
-/// metres.
+/// Largest displacement on either of the two surfaces at which a point is still the same, metres.
 const SAME_POINT: f64 = 0.01;
 
-/// So many contacts of the part before are passed over one by one, since few of them end at a time; more of them, as those of what
-/// sleeps, are skipped.
+/// Number of previous contacts that are passed over one by one, since few of them end at a time. Longer runs,
+/// as of sleeping robots, are skipped by a search.
 const ONE_BY_ONE: usize = 4;
 
-/// The contacts of the part before, in order.
+/// Contacts of the previous part, in order.
 pub(super) struct PreviousContacts<'a> {
-    /// Those that follow what was last looked for.
+    /// Contacts after the last search.
     contacts: &'a [Contact],
-    /// A step begins: sums of impulses begin anew.
+    /// Whether a step begins: sums of impulses then restart.
     begins: bool,
 }
 
@@ -25,18 +24,18 @@ impl<'a> PreviousContacts<'a> {
         Self { contacts, begins }
     }
 
-    /// Gives new contacts of two robots, which come in their order, the impulses of the nearest old ones of the same colliders. A pair
-    /// that had one point and has one is the same, however far it rolled.
+    /// Copies to new contacts of two robots, in order, the impulses of the nearest old ones of the same
+    /// colliders. If a pair had one point and has one, they are the same, however far it rolled.
     ///
-    /// `awake` says whether each of the two robots is. Where a step begins, sums of impulses are 0, but for contacts that the
-    /// step does not solve, since nothing that they can move is awake: those stay as they are. A box may sleep on the base of
-    /// an arm that moves.
+    /// `awake` says whether each of the two robots is. If a step begins, sums of impulses are 0. Contacts
+    /// that the step does not solve stay unchanged, since no robot that they can move is awake. For example,
+    /// a box may sleep on the base of an arm that moves.
     pub(super) fn pass_on(&mut self, list: &mut [Contact], awake: [bool; 2]) {
         let mut start = 0;
         while start < list.len() {
             let this = key(&list[start]);
             let len = list[start..].iter().take_while(|contact| key(contact) == this).count();
-            // To look for it among all would fetch contacts from all over the list.
+            // A search among all would fetch contacts from the whole list.
             let near = self.contacts.iter().take(ONE_BY_ONE).position(|old| key(old) >= this);
             let first = near.unwrap_or_else(|| self.contacts.partition_point(|old| key(old) < this));
             let rest = &self.contacts[first..];
@@ -92,7 +91,7 @@ mod tests {
             };
             Contact { impulse: DVec3::Z * push, ..Contact::new([0, robot], point) }
         };
-        // Of robots with even numbers, from 2 on.
+        // Contacts of robots with even numbers, from 2 on.
         let before: Vec<Contact> = (1..20).map(|half| contact(2 * half, half as f64)).collect();
         let mut previous = PreviousContacts::new(&before, true);
         let robots = [1, 2, 3, 6, 20, 21, 22, 38, 39];
