@@ -1,4 +1,4 @@
-//! What commands do to ball joints, and what is seen of them.
+//! Commands for ball joints, and their effects.
 
 use simd_model::setup::{DriveMode, JointSetup, Spring};
 
@@ -88,7 +88,8 @@ fn an_orientation_is_reached_and_published_as_a_rotation_vector() {
     assert_eq!(look(&world).modes, [Mode::Passive; 3]);
 }
 
-/// The setpoint turns no faster than the velocity limit about any axis, and the effort limit holds about each.
+/// The setpoint turns no faster than the velocity limit about any axis, and the effort limit holds about
+/// each.
 #[test]
 fn limits_of_velocity_and_effort_hold_about_each_axis() {
     let model = arm_with(|joint| {
@@ -99,7 +100,7 @@ fn limits_of_velocity_and_effort_hold_about_each_axis() {
     let mut world = world_with(1e-3, spawn("arm", model));
     let settings = world.layout().entities[0].model.joints[0].limits;
     assert_eq!(settings.lower, Some(-0.1), "the model's own, of which the joint takes two");
-    // The way about its longest axis takes a second and a half.
+    // The turn about its longest axis takes a second and a half.
     let target = turn(DVec3::new(0.5, -1.0, 1.5));
     set(&mut world, Target::orientation(target)).unwrap();
     for step in 1..=3_000 {
@@ -175,7 +176,7 @@ fn a_ball_joint_starts_at_an_orientation_and_holds_it() {
     assert!(orientation(&seen).angle_between(there) < 1e-14);
     assert!((DVec3::from_slice(&seen.targets) - rotation_vector(there)).length() < 1e-14);
     assert!(orientation(&run(&mut world, 1.0)).angle_between(there) < 2e-3);
-    // A reset of all joints goes back there.
+    // A reset of all joints returns there.
     reset(&mut world, at(DQuat::IDENTITY, DVec3::ZERO)).unwrap();
     world
         .apply(&Command::ResetJoints { robots: vec![RobotReset { robot: "arm".into(), joints: vec![] }] })
@@ -204,7 +205,7 @@ fn an_orientation_that_no_joint_can_start_at_is_refused() {
     assert_eq!(world.fingerprint(), before);
 }
 
-/// Springs, gears and trajectories are of joints of one axis: a ball joint is refused in one sentence.
+/// Springs, gears and trajectories require joints of one axis: a ball joint is refused in one sentence.
 #[test]
 fn a_gear_of_a_ball_joint_is_refused() {
     let mut world = world_with(1e-3, spawn("arm", ball()));
@@ -246,7 +247,7 @@ fn a_reload_keeps_the_orientation_and_its_target() {
     world.apply(&reload(ball())).unwrap();
     let seen = look(&world);
     assert_eq!((&seen.positions, &seen.targets), (&before.positions, &before.targets));
-    // One of another kind begins anew.
+    // A joint of another type restarts.
     world.apply(&reload(arm())).unwrap();
     let seen = look(&world);
     assert_eq!((&seen.positions[..], seen.modes[0]), (&[0.0][..], Mode::Hold));

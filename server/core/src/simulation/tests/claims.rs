@@ -1,4 +1,4 @@
-//! Claims: what they keep others from, and how they end.
+//! Claims: actions that they forbid others, and their end.
 
 use super::super::event::Claimed;
 use super::*;
@@ -21,7 +21,7 @@ fn claim(world: &mut Simulation, request: ClaimRequest) -> Result<Vec<ClaimId>, 
     }
 }
 
-/// Robots "arm" and "other", of which the planner has claimed "arm".
+/// Returns a world with the robots "arm" and "other"; the planner has claimed "arm".
 fn claimed() -> Simulation {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
@@ -35,7 +35,7 @@ fn target(target: Target) -> Command {
     Command::SetTargets(SetTargets { robots, ..SetTargets::default() })
 }
 
-/// Every command that changes the robot "arm".
+/// Returns every command that changes the robot "arm".
 fn changes_of_arm() -> Vec<Command> {
     let robot = || "arm".to_owned();
     let joint = || "shoulder".to_owned();
@@ -72,7 +72,7 @@ fn changes_of_arm() -> Vec<Command> {
     ]
 }
 
-/// Every command that concerns the whole world.
+/// Returns every command that concerns the whole world.
 fn changes_of_the_world() -> Vec<Command> {
     vec![
         Command::SetPhysics(PhysicsChange { substeps: Some(2), ..PhysicsChange::default() }),
@@ -102,7 +102,7 @@ fn a_claimed_robot_is_changed_by_its_holder_alone() {
         let of_other = matches!(&command, Command::SetCollisionFilter(change) if change.robot == "other");
         match world.apply_for(&command, Some(PLANNER)) {
             Ok(_) => {}
-            // A robot's link and itself are no pair: but the claim was no hindrance.
+            // A robot's link with itself is no pair, but the claim did not prevent it.
             Err(error) => {
                 assert!(of_other && !matches!(error, Error::RobotClaimed { .. }), "{command:?}: {error}")
             }
@@ -145,7 +145,7 @@ fn what_concerns_all_clients_asks_for_the_world_while_another_holds_a_claim() {
         assert!(matches!(&refused, Error::WorldClaimed { holder } if holder == "operator"), "{refused}");
         world.apply_for(&command, Some(OTHER)).unwrap();
     }
-    // Nor does any client step; the robots' own claims hold on.
+    // No other client may step either; the robots' claims stay.
     world.allow_step(Some(PLANNER)).unwrap_err();
     world.apply_for(&target(position(0.1)), Some(OTHER)).unwrap_err();
     world.apply_for(&target(position(0.1)), Some(PLANNER)).unwrap();
@@ -196,7 +196,7 @@ fn a_claimed_joint_takes_targets_of_its_holder_only_and_holds_when_released() {
     set(&mut world, position(0.1)).unwrap();
 }
 
-/// Claims are agreements between clients: a restored state neither ends one nor brings one back.
+/// Claims are agreements between clients: a restored state neither ends nor restores one.
 #[test]
 fn a_restored_state_leaves_claims_as_they_are() {
     let mut world = world_with(1e-3, spawn("arm", arm()));

@@ -1,4 +1,4 @@
-//! Commands: whole or not at all, and what each leaves behind.
+//! Commands: whole or not at all, and the effects of each.
 
 use std::time::Duration;
 
@@ -126,7 +126,7 @@ fn resets_put_back_what_their_scope_says() {
     assert_eq!(world.layout().entities.len(), 1);
 }
 
-/// To the bit: the whole run after a restore is the run after the save.
+/// To the bit: the whole run after a restore equals the run after the save.
 #[test]
 fn a_restored_state_runs_on_as_the_saved_one_did() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
@@ -210,7 +210,7 @@ fn a_joint_is_not_put_where_its_follower_could_not_be_computed() {
     assert_eq!(look(&world).positions, [0.0]);
 }
 
-/// A state has the settings of its own robots, and shares them with other states until a command changes them.
+/// A state has the settings of its robots, and shares them with other states until a command changes them.
 #[test]
 fn settings_are_shared_from_state_to_state_and_replaced_where_a_command_changes_them() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
@@ -246,7 +246,7 @@ fn settings_are_shared_from_state_to_state_and_replaced_where_a_command_changes_
     assert_eq!(last.joint_status(0).unwrap()[0].settings.damping, 0.0, "those of the other");
 }
 
-/// A source is shown with the target that it set and no longer than that target holds.
+/// A source is shown with the target that it set, and no longer than that target holds.
 #[test]
 fn who_set_a_target_is_known_for_as_long_as_the_target_holds() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
@@ -285,7 +285,7 @@ fn who_set_a_target_is_known_for_as_long_as_the_target_holds() {
     world.apply(&Command::SetTargets(whole)).unwrap();
     assert_eq!(sources(&world), [some("whole"), some("two")]);
 
-    // It goes with its robot, and another of that name has none of it.
+    // It is deleted with its robot, and another robot of that name has no source.
     world.apply(&Command::Delete { robot: "arm".into() }).unwrap();
     assert_eq!(sources(&world), [some("two")]);
     world.apply(&Command::Spawn(Box::new(spawn("arm", arm())))).unwrap();

@@ -1,14 +1,15 @@
-//! Robots that diverge, and those around them: what stands far away keeps its bits, and what touches keeps the forces of everything else.
+//! Diverging robots and their neighbours: distant ones keep their bits, and touching ones keep the forces of
+//! everything else.
 
 use simd_model::robot::{Collision, Geometry, Material};
 
 use super::*;
 use crate::collision::Shapes;
 
-/// How far things stand from a robot that diverges, metres.
+/// Distances of objects from a diverging robot, metres.
 const DISTANCES: [f64; 3] = [5.0, 30.0, 300.0];
 
-/// A link with a shape, of this mass.
+/// Returns a link with a shape, of this mass.
 fn solid(name: &str, geometry: Geometry, mass: f64) -> Link {
     let inertia = DMat3::from_diagonal(DVec3::splat(mass * 0.04 / 6.0));
     let material = Material::default();
@@ -17,7 +18,7 @@ fn solid(name: &str, geometry: Geometry, mass: f64) -> Link {
     Link { collisions, ..link(name, inertial) }
 }
 
-/// A cube of 0.2 m and this mass.
+/// Returns a cube of 0.2 m and this mass.
 fn cube(name: &str, mass: f64) -> Link {
     solid(name, Geometry::Box { size: DVec3::splat(0.2) }, mass)
 }
@@ -26,7 +27,7 @@ fn of_link(link: Link) -> Arc<RobotModel> {
     Arc::new(RobotModel { name: link.name.clone(), links: vec![link], ..RobotModel::default() })
 }
 
-/// A cube that can stand, and the arm on it.
+/// Returns a cube that can stand, with the arm on it.
 fn standing() -> Arc<RobotModel> {
     let mut model = (*arm()).clone();
     model.links[0] = cube("base_link", 2.0);
@@ -48,8 +49,8 @@ fn ground() -> Simulation {
     world
 }
 
-/// Towers of two boxes, and robots with a joint, on the ground; and where they are to be there, a robot in their middle, and a box that
-/// falls high above that. How many the others are.
+/// Returns towers of two boxes and robots with a joint, on the ground. If `has_wild`, a robot stands in their
+/// middle, and a box falls high above it. Also returns the number of the others.
 fn scene(has_wild: bool, substeps: u32) -> (Simulation, usize) {
     let mut world = ground();
     let change = PhysicsChange { substeps: Some(substeps), ..PhysicsChange::default() };
@@ -75,7 +76,8 @@ fn scene(has_wild: bool, substeps: u32) -> (Simulation, usize) {
     (world, others)
 }
 
-/// All that a world shows of its first robots. A number is printed so that it is read as the same one.
+/// Returns everything that a world shows of its first robots. Numbers are printed so that they can be read
+/// back exactly.
 fn shown(world: &Simulation, robots: usize) -> String {
     let state = look(world);
     let last = &state.world.entities[robots - 1];
@@ -100,12 +102,12 @@ fn throw(linear: DVec3, angular: DVec3) -> Command {
     Command::SetEntityState { robot: "wild".into(), pose: None, twist: Some((linear, angular)) }
 }
 
-/// In the air, where it stays then.
+/// In the air, where it then stays.
 fn spin(angular: DVec3) -> Command {
     Command::SetEntityState { robot: "falling".into(), pose: None, twist: Some((DVec3::ZERO, angular)) }
 }
 
-/// Beyond what squares of numbers carry.
+/// Beyond numbers whose squares are finite.
 fn push() -> Command {
     Command::ApplyWrench(LinkWrench {
         robot: "wild".into(),
@@ -123,8 +125,9 @@ fn turn_joint(velocity: f64) -> Command {
     Command::ResetJoints { robots: vec![RobotReset { robot: "wild".into(), joints }] }
 }
 
-/// Contacts are looked for where things go, and what is near each other is solved together: so a robot at 1e6 m/s was solved together
-/// with all within a kilometre, hit what it went past, and if it was not finite took their contacts away.
+/// Contacts are looked for along the motion, and robots near each other are solved together. A robot at 1e6
+/// m/s was therefore solved together with all within a kilometre, and hit what it passed. If it was not
+/// finite, it removed their contacts.
 #[test]
 fn a_robot_that_diverges_changes_no_bit_of_those_that_stand_far_away() {
     let commands = [
@@ -152,7 +155,7 @@ fn a_robot_that_diverges_changes_no_bit_of_those_that_stand_far_away() {
     }
 }
 
-/// The same where it is part of their tower: only what it pressed with is gone, in the step in which it goes.
+/// The same if it is part of their tower: only its load is gone, in the step in which it is disabled.
 #[test]
 fn what_a_robot_that_diverges_stood_on_bears_its_own_weight_in_each_step() {
     let mut world = ground();

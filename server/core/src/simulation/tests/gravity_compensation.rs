@@ -1,11 +1,11 @@
-//! Gravity compensation: actuators that hold the weight of what hangs on their joints.
+//! Gravity compensation: actuators that hold the weight of their joints' loads.
 
 use simd_model::robot::Mimic;
 
 use super::*;
 use crate::dynamics::inverse_dynamics::inverse_dynamics;
 
-/// A slide across, and on it two links of the tutorial's arm, one on the other.
+/// Returns a prismatic joint across, and on it two links of the tutorial's arm in series.
 fn slide_and_two_links(change: impl FnOnce(&mut [Joint])) -> Arc<RobotModel> {
     let one = arm();
     let moving = &one.links[1];
@@ -31,7 +31,7 @@ fn slide_and_two_links(change: impl FnOnce(&mut [Joint])) -> Arc<RobotModel> {
     Arc::new(RobotModel { name: "arm".into(), links, joints, ..RobotModel::default() })
 }
 
-/// On its side, with springs that hold nothing.
+/// Returns a robot on its side, with springs that hold nothing.
 fn weak(model: Arc<RobotModel>, compensated: &[&str]) -> Simulation {
     let pose = DPose3::from_rotation(DQuat::from_rotation_x(1.1) * DQuat::from_rotation_z(0.7));
     let names: Vec<String> = model.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -58,7 +58,7 @@ fn go(world: &mut Simulation, targets: &[(&str, Target)]) {
 
 const TARGETS: [(&str, f64); 3] = [("slide", 0.2), ("shoulder", 0.5), ("elbow", -0.9)];
 
-/// Efforts at rest where the robot is.
+/// Returns the efforts that hold the robot at its pose.
 fn at_rest(seen: &PublishedState) -> Vec<f64> {
     let configuration = seen.configuration(0).unwrap();
     inverse_dynamics(&seen.world.entities[0].tree, &configuration, DVec3::NEG_Z * 9.81, &[], &[])

@@ -1,5 +1,5 @@
-//! Tests of the world, with the tutorial's arm: one continuous joint
-//! about y, 0.19992 kg, whose closed forms are known.
+//! Tests of the world, with the tutorial's arm: one continuous joint about y, 0.19992 kg, with known closed
+//! forms.
 
 mod ball_joints;
 mod claims;
@@ -45,7 +45,7 @@ fn arm_joint() -> Joint {
     }
 }
 
-/// The tutorial's arm.
+/// Returns the tutorial's arm, with changes to its joint.
 fn arm_with(change: impl FnOnce(&mut Joint)) -> Arc<RobotModel> {
     let mut joint = arm_joint();
     change(&mut joint);
@@ -130,14 +130,13 @@ fn run(world: &mut Simulation, seconds: f64) -> PublishedState {
     look(world)
 }
 
-/// Effort that holds the arm at q against gravity, from its mass and centre of mass.
+/// Returns the effort that holds the arm at q against gravity, from its mass and centre of mass.
 fn hold_effort(q: f64) -> f64 {
     -0.19992 * 9.81 * 0.16597 * (q - 0.039919).cos()
 }
 
-/// The pendulum equation has q(1 s) = 0.704120 from 0.3 rad at rest (Runge-Kutta of
-/// order 8 to 1e-12). Semi-implicit Euler is of first order: the error falls with the
-/// time step, and is below 4 h here.
+/// The pendulum equation has q(1 s) = 0.704120 from 0.3 rad at rest (Runge-Kutta of order 8 to 1e-12).
+/// Semi-implicit Euler is of first order: the error falls with the time step, and is below 4 h here.
 #[test]
 fn a_passive_arm_swings_as_the_pendulum_equation_says() {
     for time_step in [1e-3, 1e-4, 1e-5] {
@@ -148,7 +147,7 @@ fn a_passive_arm_swings_as_the_pendulum_equation_says() {
     }
 }
 
-/// At rest the actuator's effort is gravity's, to rounding; 1e-6 N m is what was asked.
+/// At rest the actuator's effort balances gravity to rounding; the requirement is 1e-6 N m.
 #[test]
 fn a_held_arm_applies_the_effort_of_the_closed_form() {
     for time_step in [1e-3, 1e-4] {
@@ -178,8 +177,8 @@ fn a_velocity_target_holds_within_a_percent_under_gravity() {
     }
 }
 
-/// Smooth: the position never moves by more in a step than the fastest mode's velocity
-/// allows, and the arm stays where it is when it is commanded to hold.
+/// Smooth: the position never moves by more in a step than the fastest mode's velocity allows. The arm stays
+/// in place when it is commanded to hold.
 #[test]
 fn switching_modes_while_moving_does_not_jump() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
@@ -209,9 +208,8 @@ fn holding_stays_where_the_joint_was() {
     assert_eq!(seen.modes, [Mode::Hold]);
 }
 
-/// Free of damping and gravity a constant effort gives a constant acceleration; the
-/// limit is that effort however fast the target: q = a t^2 / 2, but that the first step, which finds the limit, may be a
-/// whole kick.
+/// Without damping and gravity a constant effort gives a constant acceleration. The limit is that effort
+/// however fast the target: q = a t^2 / 2. Only the first step, which finds the limit, may be a whole kick.
 #[test]
 fn a_saturated_actuator_moves_the_joint_as_its_limit_would() {
     let limited = arm_with(|joint| joint.limits.effort = Some(0.01));
@@ -227,7 +225,7 @@ fn a_saturated_actuator_moves_the_joint_as_its_limit_would() {
     assert_eq!(seen.efforts, [0.01]);
 }
 
-/// As the joint's own limit would, and the smaller of the two counts.
+/// As the joint's own limit would; the smaller of the two counts.
 #[test]
 fn a_target_brings_its_own_limits_of_effort_and_velocity() {
     let limited = arm_with(|joint| joint.limits.effort = Some(0.02));
@@ -261,7 +259,7 @@ fn a_target_brings_its_own_limits_of_effort_and_velocity() {
     assert!((look(&world).positions[0] - 0.5).abs() < 0.02);
 }
 
-/// A saturated arm that arrives is released: 0.4 N m holds the arm, whose weight asks for 0.33.
+/// A saturated arm that arrives is released: 0.4 N m holds the arm, whose weight requires 0.33.
 #[test]
 fn a_saturated_actuator_arrives_and_is_released() {
     let limited = arm_with(|joint| joint.limits.effort = Some(0.4));
@@ -289,8 +287,8 @@ fn a_joint_rests_at_its_limit_without_chatter() {
     }
 }
 
-/// Friction above gravity's effort sticks without creep; coasting under friction alone
-/// stops after I qd / friction seconds.
+/// Friction above gravity's effort sticks without creep; coasting under friction alone stops after I qd /
+/// friction seconds.
 #[test]
 fn dry_friction_sticks_and_stops() {
     let inertia = 0.0032199 + 0.19992 * 0.16597f64.powi(2);
@@ -345,9 +343,9 @@ fn a_position_target_moves_no_faster_than_the_velocity_limit() {
     assert!((run(&mut world, 0.5).positions[0] - 1.0).abs() < 1e-3);
 }
 
-/// A heavy joint with little effort: a spring that saturated all the way would be a relay
-/// and swing around the target for seconds. The profile speeds up and brakes with half the
-/// effort, so the way takes 2 sqrt(distance / acceleration) and ends without overshoot.
+/// A heavy joint with little effort: a spring that saturated all the way would be a relay and swing around
+/// the target for seconds. The profile accelerates and brakes with half the effort, so the motion takes 2
+/// sqrt(distance / acceleration) and ends without overshoot.
 #[test]
 fn a_weak_actuator_goes_to_its_target_without_swinging_around_it() {
     let inertia = 0.0032199 + 0.19992 * 0.16597f64.powi(2);

@@ -1,13 +1,13 @@
-//! Links that are pulled to points of the world.
+//! Pulls of links to points of the world.
 
 use super::*;
 
-/// Of the arm about its joint, kg m^2: that of its centre and Steiner's part.
+/// Moment of inertia of the arm about its joint, kg m^2: its centre's and Steiner's part.
 const INERTIA: f64 = 0.0032199 + 0.19992 * 0.16597 * 0.16597;
-/// Where the arm is pulled, in its frame: so far from its joint, metres.
+/// Distance of the pulled point from the joint, in the arm's frame, metres.
 const REACH: f64 = 0.3;
 
-/// The passive arm without gravity.
+/// Returns the passive arm without gravity.
 fn weightless_arm(time_step: f64) -> Simulation {
     let mut world = world_with(time_step, Spawn { passive: true, ..spawn("arm", arm()) });
     let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
@@ -15,7 +15,7 @@ fn weightless_arm(time_step: f64) -> Simulation {
     world
 }
 
-/// Where the pulled point is when the joint is at this angle, world.
+/// Returns the position of the pulled point at this angle of the joint, world.
 fn place(angle: f64) -> DVec3 {
     let joint = arm_joint().parent_from_joint;
     joint.translation + joint.rotation * (DQuat::from_rotation_y(angle) * (DVec3::X * REACH))
@@ -33,9 +33,9 @@ fn pull() -> LinkPull {
     }
 }
 
-/// The point reaches its target and stays, and never goes beyond: the damper is critical for the mass that the
-/// arm has at the point, [`INERTIA`] / [`REACH`]^2. The bound of what it may overshoot, a thousandth of the way, is
-/// what the turn of the lever on its way and the steps of 1 ms add to that of a linear spring, none.
+/// The point reaches its target and stays, without overshoot: the damper is critical for the mass that the
+/// arm has at the point, [`INERTIA`] / [`REACH`]^2. A linear spring would not overshoot. The bound of a
+/// thousandth of the path covers the turning lever and the steps of 1 ms.
 #[test]
 fn a_pulled_point_comes_to_its_target_without_swinging() {
     let mut world = weightless_arm(1e-3);
@@ -66,7 +66,7 @@ fn a_pull_ends_by_itself_and_is_renewed_by_the_next_one() {
     assert!(coasting.velocities[0] != 0.0 && coasting.applied_wrenches.is_empty());
     let then = run(&mut world, 0.1);
     assert!((then.velocities[0] - coasting.velocities[0]).abs() < 1e-12);
-    // Where nothing is said, half a second.
+    // The default is half a second.
     world.apply(&Command::PullLink(LinkPull { duration: None, ..pull() })).unwrap();
     run(&mut world, 0.499);
     assert_eq!(world.entities[0].state.pulls.len(), 1);
@@ -86,11 +86,11 @@ fn no_target_lets_go_at_once() {
     assert!((run(&mut world, 0.1).velocities[0] - before).abs() < 1e-12);
 }
 
-/// 0.01 N on a lever of 0.3 m for 10 ms, while the point is far from its target: the arm gets F r t / I.
+/// A force of 0.01 N acts on a lever of 0.3 m for 10 ms, far from the target. The arm gets F r t / I.
 #[test]
 fn the_force_is_at_most_what_is_asked_for() {
     let mut world = weightless_arm(1e-3);
-    // Along the way that the point can go at angle zero.
+    // In the direction in which the point can move at angle zero.
     let target = place(0.0) + arm_joint().parent_from_joint.rotation * (DVec3::NEG_Z * 50.0);
     let pull = LinkPull { target: Some(target), max_force: Some(0.01), ..pull() };
     world.apply(&Command::PullLink(pull)).unwrap();
@@ -101,8 +101,8 @@ fn the_force_is_at_most_what_is_asked_for() {
     assert!((applied.force.length() - 0.01).abs() < 1e-12);
 }
 
-/// The spring is as soft as a step can follow: a stiffness of 1e12 N/m with steps of 20 ms leaves the arm finite, and
-/// brings it to its target.
+/// The spring is as soft as a step can follow. A stiffness of 1e12 N/m with steps of 20 ms keeps the arm
+/// finite, and brings it to its target.
 #[test]
 fn a_pull_that_is_too_stiff_for_the_step_is_stable() {
     let mut world = weightless_arm(2e-2);
@@ -113,7 +113,8 @@ fn a_pull_that_is_too_stiff_for_the_step_is_stable() {
     assert!((seen.positions[0] - 0.5).abs() < 1e-3, "{}", seen.positions[0]);
 }
 
-/// A longer step softens the springs that there are: its bound is that of [`a_pull_that_is_too_stiff_for_the_step_is_stable`].
+/// A longer step softens existing springs, to the bound of
+/// [`a_pull_that_is_too_stiff_for_the_step_is_stable`].
 #[test]
 fn a_pull_that_a_longer_step_finds_too_stiff_is_stable() {
     let mut world = weightless_arm(1e-4);
@@ -126,7 +127,8 @@ fn a_pull_that_a_longer_step_finds_too_stiff_is_stable() {
     assert!((seen.positions[0] - 0.5).abs() < 1e-3, "{}", seen.positions[0]);
 }
 
-/// Pulls on links that are one body add up, however many there are: eight of them bring it to their target, and a ninth is refused.
+/// Pulls on links of one body add up, at any number: eight of them bring it to their target, and a ninth is
+/// refused.
 #[test]
 fn pulls_on_many_links_of_one_body_are_stable_and_have_a_bound() {
     let mut links =
@@ -155,11 +157,11 @@ fn pulls_on_many_links_of_one_body_are_stable_and_have_a_bound() {
     let refused = world.apply(&Command::PullLink(pull(8))).unwrap_err();
     assert_eq!(refused.to_string(), "pulls on links of robot \"b\" would be 9, and the limit is 8");
     assert_eq!(world.fingerprint(), before);
-    // One that is there is changed.
+    // An existing one is changed.
     world.apply(&Command::PullLink(pull(7))).unwrap();
     let seen = run(&mut world, 2.0);
     let place = seen.roots[0].pose.translation;
-    // Gravity draws the spring out by m g / k, 9.81 h^2 sum / 0.25 with a mobility of 3 in all: 0.12 mm.
+    // Gravity stretches the spring by m g / k, 9.81 h^2 sum / 0.25 with a mobility of 3 in all: 0.12 mm.
     assert!((place - DVec3::X).length() < 1e-3, "{place}");
 }
 

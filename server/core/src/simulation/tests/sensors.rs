@@ -1,4 +1,4 @@
-//! Rules of sensors: where they can be, what they are called, how they come and go.
+//! Rules of sensors: mounts, names, creation and deletion.
 
 use simd_model::sensor::{
     Camera, ChannelNoise, Channels, MAX_SENSORS_PER_ROBOT, Noise, Picture, RangeLimits, Scan, Sensor,
@@ -34,13 +34,13 @@ fn delete(world: &mut Simulation, name: &str) -> Result<Applied, Error> {
     world.apply(&Command::DeleteSensor { robot: "arm".into(), name: name.into() })
 }
 
-/// Names of all sensors, with the index of their robot.
+/// Returns the names of all sensors, with the index of their robot.
 fn listed(world: &Simulation) -> Vec<(usize, String)> {
     let name = |sensor: &WorldSensor| (sensor.robot, sensor.definition.name.clone());
     look(world).sensors.iter().map(name).collect()
 }
 
-/// The tutorial's arm with sensors in its description.
+/// Returns the tutorial's arm with sensors in its description.
 fn arm_with_sensors(names: &[&str]) -> Arc<RobotModel> {
     let mut model = RobotModel::clone(&arm());
     model.setup.sensors = names
@@ -82,7 +82,7 @@ fn sensors_are_named_by_their_kind_or_as_asked() {
     assert_eq!(events.first(), Some(&EventKind::SensorCreated { robot, sensor }));
     let (robot, sensor) = of("imu_1");
     assert_eq!(events.get(3), Some(&EventKind::SensorDeleted { robot, sensor }));
-    // What came again is another one.
+    // A sensor that was added again is a different one.
     let ids: std::collections::BTreeSet<u64> = look(&world).sensors.iter().map(|sensor| sensor.id).collect();
     assert_eq!(ids.len(), 4);
     assert!(!ids.contains(&1));
@@ -146,7 +146,7 @@ fn what_cannot_measure_is_refused_with_the_field() {
             "noise[0].channel is range;",
         ),
         (
-            // What it comes to would be infinite, and a world that was saved with it could not be read again.
+            // Its result would be infinite, and a world saved with it could not be read again.
             CreateSensor {
                 noise: noisy(Channels::AngularVelocity, Noise { random_walk: 1e308, ..Noise::default() }),
                 ..imu("", "")
@@ -227,7 +227,7 @@ fn sensors_of_a_description_come_and_go_with_their_robot() {
     assert!(look(&world).sensors.iter().all(|sensor| sensor.definition.seed == 9));
     world.apply(&Command::Delete { robot: "first".into() }).unwrap();
     assert_eq!(listed(&world), of(&[(0, "b"), (0, "c")]));
-    // A state shares the list with the one before as long as nothing changes.
+    // A state shares the list with the previous one until something changes.
     let before = Arc::clone(&look(&world).sensors);
     world.step();
     assert!(Arc::ptr_eq(&before, &look(&world).sensors));
@@ -279,7 +279,7 @@ fn a_claimed_robot_takes_sensors_of_its_holder_alone() {
     assert_eq!(listed(&world), [(0, "other".to_owned())]);
 }
 
-/// One that is out of the simulation measures nothing, and goes on when it is back.
+/// A disabled robot's sensor measures nothing, and continues when the robot is restored.
 #[test]
 fn a_robot_that_is_disabled_takes_no_samples() {
     let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", arm()) });
@@ -307,7 +307,7 @@ fn a_restored_state_has_the_sensors_that_it_had() {
     world.apply(&Command::RestoreState { name: "s".into() }).unwrap();
     assert_eq!(listed(&world), [(0, "one".to_owned())]);
     assert_eq!(look(&world).sensors[0].id, id);
-    // The same state from elsewhere: its sensors are others here.
+    // The same state from elsewhere: its sensors are different ones here.
     let saved = look(&world).saved("s").unwrap().saved().clone();
     world.apply(&Command::ImportSavedState { name: "t".into(), saved }).unwrap();
     world.apply(&Command::RestoreState { name: "t".into() }).unwrap();
@@ -315,7 +315,7 @@ fn a_restored_state_has_the_sensors_that_it_had() {
     assert!(look(&world).sensors[0].id > id);
 }
 
-/// Of a state that no world can be in.
+/// A state that no world can be in.
 #[test]
 fn a_state_with_sensors_that_cannot_be_is_refused() {
     type Change = fn(&mut SensorState);
@@ -356,7 +356,7 @@ fn a_state_with_more_sensors_than_a_world_may_have_is_refused() {
     assert!(refused.contains("65 sensors, of 64"), "{refused}");
 }
 
-/// The newest reading of each sensor is kept, however large.
+/// The newest reading of each sensor is stored, however large.
 #[test]
 fn the_rays_of_a_world_are_bounded() {
     let range = RangeLimits { least: 0.0, most: 9.0 };

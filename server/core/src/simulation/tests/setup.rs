@@ -1,4 +1,4 @@
-//! Robots begin as their description says, and several come at one moment.
+//! Initial setup of robots from their descriptions, and simultaneous spawning.
 
 use simd_model::setup::{
     ConstraintEnd, ConstraintOn, DriveMode, JointSetup, LinkConstraint, LinkConstraintKind, Setup, Spring,
@@ -6,7 +6,7 @@ use simd_model::setup::{
 
 use super::*;
 
-/// The arm, of whose joint something is said.
+/// Returns the arm with this setup of its joint.
 fn arm_that(setup: JointSetup) -> Arc<RobotModel> {
     let mut model = RobotModel::clone(&arm());
     model.setup = Setup { joints: vec![setup], ..Setup::default() };
@@ -61,7 +61,7 @@ fn modes_are_the_descriptions_unless_nothing_is_to_be_driven() {
     }
 }
 
-/// The shoulder, with a spring that is far stronger than its actuator may be.
+/// Returns the shoulder with a spring that is far stronger than its actuator.
 fn sprung(mode: DriveMode) -> Simulation {
     let spring = Some(Spring { stiffness: 50.0, rest: 0.3 });
     let mut model =
@@ -138,7 +138,7 @@ fn several_robots_come_at_one_moment_or_none_of_them() {
     assert_eq!(applied.reply, Reply::SpawnedAll { names: vec!["a_1".into(), "a_2".into()] });
 }
 
-/// A box that is alone, and held to what is named.
+/// Returns a single box with a constraint to each of `others`.
 fn held_to(name: &str, others: impl IntoIterator<Item = ConstraintOn>) -> Arc<RobotModel> {
     let inertia = DMat3::from_diagonal(DVec3::splat(0.1));
     let inertial = Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia };

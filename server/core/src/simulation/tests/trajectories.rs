@@ -3,7 +3,7 @@
 use super::super::trajectory::{TrajectoryEnd, Violation};
 use super::*;
 
-/// Two links of the tutorial's arm, one on the other: joints `shoulder` and `elbow`.
+/// Returns two links of the tutorial's arm in series: joints `shoulder` and `elbow`.
 fn two_links() -> Arc<RobotModel> {
     let one = arm();
     let (mut links, mut joints) = (one.links.clone(), one.joints.clone());
@@ -26,7 +26,7 @@ fn point(time: f64, positions: &[f64]) -> TrajectoryPoint {
     TrajectoryPoint { time, positions: positions.to_vec(), ..TrajectoryPoint::default() }
 }
 
-/// At rest at both ends.
+/// Returns a point at rest.
 fn smooth(time: f64, positions: &[f64]) -> TrajectoryPoint {
     let zeros = vec![0.0; positions.len()];
     TrajectoryPoint { velocities: zeros.clone(), accelerations: zeros, ..point(time, positions) }
@@ -52,7 +52,7 @@ fn follow(world: &mut Simulation, request: FollowTrajectory) -> u64 {
     }
 }
 
-/// A saved state with more could not be read again.
+/// A saved state with more joints could not be read again.
 #[test]
 fn a_trajectory_of_more_joints_than_a_saved_state_takes_is_refused() {
     let mut world = armed();
@@ -65,7 +65,7 @@ fn a_trajectory_of_more_joints_than_a_saved_state_takes_is_refused() {
     assert_eq!(refused.to_string(), "joints is 1001 joints; a trajectory has at most 1000");
 }
 
-/// Trajectories that ended since the last call, with the step at which they did.
+/// Returns the trajectories that ended since the last call, with the step at which they did.
 fn ended(world: &mut Simulation) -> Vec<(u64, TrajectoryEnd, u64)> {
     let ended = world.take_events().into_iter().filter_map(|event| match event.kind {
         EventKind::TrajectoryEnded { robot, id, end } => {
@@ -85,8 +85,9 @@ fn cancelled(by: &str) -> TrajectoryEnd {
     TrajectoryEnd::Cancelled { by: by.into() }
 }
 
-/// A quintic from rest to rest: s(u) = 10 u^3 - 15 u^4 + 6 u^5. The spring of the default gains, 300 rad/s, lags by
-/// the acceleration over its square (5.8 A / T^2 / 9e4, below 1e-4 rad here) and sags by gravity (below 1 mrad).
+/// A quintic from rest to rest: s(u) = 10 u^3 - 15 u^4 + 6 u^5. The spring of the default gains, 300 rad/s,
+/// lags by the acceleration over its square: 5.8 A / T^2 / 9e4, below 1e-4 rad here. It sags by gravity,
+/// below 1 mrad.
 #[test]
 fn joints_follow_the_interpolated_path_and_the_end_is_reported_at_its_step() {
     let mut world = armed();
@@ -155,7 +156,7 @@ fn a_goal_that_is_not_reached_in_time_is_a_failure_and_one_that_is_reached_late_
     let reported = ended(&mut world);
     assert_eq!((reported[0].0, &reported[0].1), (id, &TrajectoryEnd::Succeeded));
     assert!(reported[0].2 > 200, "after its time: {reported:?}");
-    // Held fast by a wrench it never gets there.
+    // Held by a wrench, it never arrives.
     let mut world = armed();
     let wrench = LinkWrench {
         robot: "arm".into(),
@@ -193,7 +194,7 @@ fn one_that_is_cancelled_stops_where_it_is() {
     world.apply(&Command::CancelTrajectory { robot: "arm".into(), id: None }).unwrap();
 }
 
-/// The new one begins at the place and with the velocity that the old one had got to: no position jumps.
+/// The new one begins at the old one's position and velocity: no position jumps.
 #[test]
 fn a_new_one_goes_on_from_where_the_old_one_has_got_to_at_once_or_later() {
     for (begin, at) in [(Begin::Now, 500), (Begin::After(0.2), 700)] {
@@ -205,7 +206,7 @@ fn a_new_one_goes_on_from_where_the_old_one_has_got_to_at_once_or_later() {
         for _ in 0..800 {
             world.step();
             let target = look(&world).targets[0];
-            // 1.5 rad/s is the most of the old one, and the new one goes as fast.
+            // 1.5 rad/s is the maximum of the old one, and the new one is as fast.
             assert!((target - before).abs() < 3e-3, "{before} to {target}");
             before = target;
         }
@@ -277,7 +278,7 @@ fn whatever_else_drives_or_moves_a_joint_ends_it() {
     world.apply(&Command::Delete { robot: "arm".into() }).unwrap();
     assert_eq!(ends(&mut world), [(id, cancelled("the end of the robot"))]);
 
-    // With another time step it goes on, and a teleport of the base leaves it alone.
+    // With another time step it continues, and a teleport of the base does not affect it.
     let (mut world, id) = begun();
     let change = PhysicsChange { time_step: Some(2e-3), ..PhysicsChange::default() };
     world.apply(&Command::SetPhysics(change)).unwrap();
@@ -304,7 +305,7 @@ fn a_claim_keeps_others_from_its_joints_and_ends_what_they_carry_out_with_it() {
     };
     let cancel = Command::CancelTrajectory { robot: "arm".into(), id: None };
     assert!(matches!(world.apply(&cancel), Err(Error::JointClaimed { .. })));
-    // The shoulder is free for all: a target of it ends the whole.
+    // Any client may command the shoulder: a target of it ends the whole trajectory.
     run(&mut world, 0.2);
     world.apply(&Command::Release { claim: ClaimId(1), cause: ReleaseCause::Lapsed }).unwrap();
     assert_eq!(ends(&mut world), [(id, cancelled("the end of a claim"))]);
@@ -383,7 +384,7 @@ fn what_cannot_be_carried_out_is_refused_whole_and_names_the_field() {
         "tolerances[0].path.position",
     );
     assert_eq!(world.fingerprint(), fingerprint);
-    // As many as there can be, and no more.
+    // The maximum number, and no more.
     for _ in 0..16 {
         follow(&mut world, FollowTrajectory { begin: Begin::Queued, ..shoulder(vec![point(9.0, &[0.0])]) });
     }

@@ -1,8 +1,8 @@
-//! Wrenches on links: how long each acts, and what is left of it.
+//! Wrenches on links: their durations and effects.
 
 use super::*;
 
-/// A step of 1 ms over the arm's inertia about its joint, kg m^2: that of its centre and Steiner's part.
+/// A step of 1 ms over the arm's inertia about its joint, kg m^2: its centre's and Steiner's part.
 const GAIN: f64 = 1e-3 / (0.0032199 + 0.19992 * 0.16597 * 0.16597);
 
 #[test]
@@ -19,7 +19,7 @@ fn a_wrench_acts_for_one_step_or_until_it_is_cleared() {
     assert!((run(&mut world, 0.01).velocities[0] - before).abs() < 1e-12);
 }
 
-/// A torque on the arm about its joint, N m.
+/// Returns a torque on the arm about its joint, N m.
 fn push(torque: f64, duration: WrenchDuration) -> Command {
     Command::ApplyWrench(LinkWrench {
         robot: "arm".into(),
@@ -32,7 +32,7 @@ fn push(torque: f64, duration: WrenchDuration) -> Command {
     })
 }
 
-/// The passive arm without gravity: a torque of T for n steps gives it T n [`GAIN`] rad/s.
+/// Returns the passive arm without gravity: a torque of T for n steps gives it T n [`GAIN`] rad/s.
 fn weightless_arm() -> Simulation {
     let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", arm()) });
     let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
@@ -40,7 +40,7 @@ fn weightless_arm() -> Simulation {
     world
 }
 
-/// How many steps of 1 N m the arm was given; exact but for the rounding of the sums.
+/// Returns the number of steps of 1 N m that the arm received; exact except for the rounding of the sums.
 fn newton_metre_steps(world: &Simulation) -> f64 {
     look(world).velocities[0] / GAIN
 }
@@ -56,7 +56,7 @@ fn a_wrench_with_a_duration_ends_at_the_step_of_its_time() {
             assert!((newton_metre_steps(&world) - expected).abs() < 1e-6, "{duration} s, step {done}");
         }
     }
-    // The last of two counts, from when it came.
+    // The last of two durations counts, from its own start.
     let mut world = weightless_arm();
     world.apply(&push(1.0, WrenchDuration::For(0.01))).unwrap();
     run(&mut world, 0.005);
@@ -87,7 +87,7 @@ fn a_persistent_wrench_waits_for_one_with_a_duration_and_ends_it_where_it_comes_
     assert!((newton_metre_steps(&world) + 20.0).abs() < 1e-6);
     run(&mut world, 0.01);
     assert!((newton_metre_steps(&world) + 10.0).abs() < 1e-6, "it acts again");
-    // One that is renewed in the step after it ended leaves no gap.
+    // A wrench that is renewed in the step after it ended leaves no gap.
     world.apply(&push(-3.0, WrenchDuration::For(0.001))).unwrap();
     world.step();
     world.apply(&push(-3.0, WrenchDuration::For(0.001))).unwrap();
@@ -129,7 +129,7 @@ fn what_is_left_of_a_wrench_is_part_of_the_world() {
     assert_eq!(look(&world).velocities, [0.0]);
 }
 
-/// A thousand wrenches for the next step on a paused world are one of a thousand times the size.
+/// A thousand wrenches for the next step on a paused world equal one of a thousand times the size.
 #[test]
 fn passing_wrenches_add_up_until_the_next_step() {
     let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", arm()) });

@@ -1,4 +1,4 @@
-//! Free bodies, and bodies and the world.
+//! Constraints between free bodies, and between bodies and the world.
 
 use super::*;
 
@@ -18,7 +18,7 @@ fn a_weld_to_the_world_carries_the_weight() {
         let torque = DVec3::new(-0.1, -0.1, -0.1).cross(DVec3::Z * (-2.0 * GRAVITY));
         assert!((reading.torque + torque).length() < 1e-6, "{reading:?} {torque}");
         assert!(state.roots[0].pose.translation.distance(DVec3::Z) < 1e-8);
-        // What R gives by: 5 h^2 R F, and of the angle as much times the arm over the radius of inertia.
+        // Deflection by R: 5 h^2 R F, and for the angle the same times the arm over the radius of inertia.
         assert!(reading.position_error < 1e-8 && reading.angle_error < 1e-7, "{reading:?}");
     }
 }
@@ -64,14 +64,15 @@ fn a_rope_of_fifty_links_carries_a_weight() {
             error = state.constraint_states.iter().fold(error, |error, of| error.max(of.position_error));
         }
         assert!(error < 1e-5, "{integrator:?} {error:e}");
-        // It swings by some centimetres: the top one carries all, and a little more where the weight is at its lowest.
+        // It swings by some centimetres: the top one carries all, and a little more when the weight is at its
+        // lowest.
         let (weight, force) = (2.0 * GRAVITY, state.constraint_states[0].force.length());
         assert!((force / weight - 1.0).abs() < 0.1, "{force} {weight}");
     }
 }
 
-/// Two boxes that are welded turn as one body of their sum: a symmetric one that spins about its axis keeps doing so, and
-/// momenta are kept to rounding.
+/// Two welded boxes turn as one body of their sum. A symmetric one that spins about its axis continues to do
+/// so, and momenta are conserved to rounding.
 #[test]
 fn two_welded_boxes_are_one() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
@@ -92,7 +93,7 @@ fn two_welded_boxes_are_one() {
             (before.0 - after.0).length() < 1e-12 && (before.1 - after.1).length() < 1e-12,
             "{integrator:?}"
         );
-        // The velocities of the middle of a step are by a part (w h)^2 / 8 larger than those at its ends.
+        // The velocities in the middle of a step exceed those at its ends by a part (w h)^2 / 8.
         assert!((after.2 / before.2 - 1.0).abs() < 1e-5, "{integrator:?} {before:?} {after:?}");
         let angle = spin * 2.0;
         let expected = DVec3::new(0.1 * angle.cos() + 0.6, 0.1 * angle.sin(), 0.0);

@@ -1,9 +1,9 @@
-//! Constraints on robots that are taken out of the simulation.
+//! Constraints on disabled robots.
 
 use super::*;
 use crate::dynamics::constraint::link_constraint::LinkConstraint;
 
-/// Two boxes that hang in the world, the second on the first.
+/// Returns two boxes that hang in the world, the second on the first.
 fn hanging() -> Simulation {
     let mut world = world_of(Integrator::Leapfrog, GRAVITY);
     add_body(&mut world, "a", body(1.0, DVec3::splat(0.2)), DVec3::Z);
@@ -13,8 +13,8 @@ fn hanging() -> Simulation {
     world
 }
 
-/// What is no number is gone with the step in which robots are disabled: their constraints show nothing, a state that is saved then can
-/// be brought in elsewhere, and robots that are put back go on as they were.
+/// NaN is removed in the step in which robots are disabled, and their constraints show nothing. A state that
+/// is saved then can be imported elsewhere, and reset robots continue as before.
 #[test]
 fn constraints_of_disabled_robots_keep_nothing_of_the_step() {
     let mut world = hanging();
@@ -40,8 +40,8 @@ fn constraints_of_disabled_robots_keep_nothing_of_the_step() {
     assert!((force - DVec3::Z * (3.0 * GRAVITY)).length() < 1e-3, "{force}");
 }
 
-/// An arm from which a box hangs that is disabled alone: what the two exchanged before is no longer shown, nor part of what the arm's
-/// joint carries, which is the arm's own weight.
+/// A box hangs from an arm and is disabled alone. The force between the two is no longer shown, nor part of
+/// the load of the arm's joint, which is the arm's own weight.
 #[test]
 fn a_constraint_with_a_disabled_robot_pulls_at_nothing() {
     let mut world = world_of(Integrator::Leapfrog, GRAVITY);
@@ -62,8 +62,8 @@ fn a_constraint_with_a_disabled_robot_pulls_at_nothing() {
     assert!((carried(&state) - 0.19992 * GRAVITY).abs() < 1e-3, "{}", carried(&state));
 }
 
-/// An arm that holds one of the boxes is to go where no number is in a step, by a limit: what the solver finds for all three is of no
-/// use. The arm is due to that and is disabled; the boxes hang on as they did, in the same step.
+/// A limit would move an arm that holds one of the boxes to infinity in a step: the solution for all three is
+/// unusable. The arm caused that and is disabled; the boxes continue to hang, in the same step.
 #[test]
 fn a_robot_with_rows_that_cannot_be_computed_is_left_out_of_what_the_others_are_solved_with() {
     let mut world = hanging();

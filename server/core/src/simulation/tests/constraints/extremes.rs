@@ -1,4 +1,4 @@
-//! What pulls hard, what is held often, and what is held by nothing.
+//! Strong pulls, redundant constraints, and constraints without force.
 
 use super::*;
 
@@ -6,15 +6,15 @@ const LINKS: usize = 50;
 const LINK: f64 = 0.04;
 const ROPE: f64 = LINK * LINKS as f64;
 
-/// Seconds, and where the load is then: by SHAKE at 0.1, 0.05 and 0.025 ms, which differ by less than 4e-5 m. After 3.8 s it
-/// depends on what is below rounding.
+/// Times in ms, positions of the load at these times, and tolerances. Positions are by SHAKE at 0.1, 0.05 and
+/// 0.025 ms, which differ by less than 4e-5 m. After 3.8 s they depend on rounding.
 const PLACES: [(u32, DVec3, f64); 3] = [
     (2_400, DVec3::new(0.068782, 0.0, -1.763717), 2e-3),
     (2_600, DVec3::new(1.006898, 0.0, -1.611113), 2.5e-3),
     (3_600, DVec3::new(0.719161, 0.0, -1.029814), 3e-3),
 ];
 
-/// Fifty links of 10 g from the horizontal, with a kilogram at the end.
+/// Returns fifty links of 10 g from the horizontal, with a kilogram at the end.
 fn rope(integrator: Integrator) -> Simulation {
     let mut world = world_of(integrator, GRAVITY);
     let link = body(0.01, DVec3::new(0.03, 0.006, 0.006));
@@ -40,8 +40,9 @@ fn energy(state: &PublishedState) -> f64 {
     kinetic + state.roots.iter().zip(masses).map(potential).sum::<f64>()
 }
 
-/// It snaps tight after 2.54 s, with some 660 N: there a link swings by six radians in a step of 1 ms, were it free to. No link
-/// leaves the other, no energy is gained, and the load is where a step that is twenty times as short has it.
+/// It snaps tight after 2.54 s, with some 660 N. A free link would then swing by six radians in a step of 1
+/// ms. No link leaves another one, no energy is gained, and the load is where a step that is twenty times as
+/// short moves it.
 #[test]
 fn a_light_rope_that_snaps_tight_holds() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
@@ -70,7 +71,7 @@ fn a_light_rope_that_snaps_tight_holds() {
     }
 }
 
-/// A box on a hundred welds at one place weighs what it weighs, and each of them carries as much.
+/// A box on a hundred welds at one place has its weight, and each of them carries an equal share.
 #[test]
 fn a_hundred_constraints_share_what_one_carries() {
     let mut world = world_of(Integrator::Leapfrog, GRAVITY);
@@ -87,14 +88,14 @@ fn a_hundred_constraints_share_what_one_carries() {
         assert!((of.force.z - 0.01 * GRAVITY).abs() < 1e-6, "{of:?}");
     }
     assert!(state.roots[0].pose.translation.distance(DVec3::Z) < 1e-8);
-    // All of them go with the robot, in one command.
+    // All of them are deleted with the robot, in one command.
     world.take_events();
     world.apply(&Command::Delete { robot: "box".into() }).unwrap();
     assert!(look(&world).constraints.is_empty());
     run(&mut world, 0.01);
 }
 
-/// Two constraints on one pair of links are as one, also where these turn and are pulled.
+/// Two constraints on one pair of links equal one, also if the links turn and are pulled.
 #[test]
 fn the_same_links_may_be_held_twice() {
     let places: Vec<Vec<DVec3>> = [1, 2]
@@ -115,12 +116,12 @@ fn the_same_links_may_be_held_twice() {
         })
         .collect();
     for (once, twice) in places[0].iter().zip(&places[1]) {
-        // R is another.
+        // R differs.
         assert!(once.distance(*twice) < 1e-5, "{once} {twice}");
     }
 }
 
-/// A constraint that may do nothing does nothing.
+/// A constraint with zero force does nothing.
 #[test]
 fn a_constraint_without_force_lets_go() {
     let fall = |is_held: bool| {
@@ -141,7 +142,7 @@ fn a_constraint_without_force_lets_go() {
     assert!(reading.position_error > 1.0, "{reading:?}");
 }
 
-/// The frame of an end may be far from its link, and be put elsewhere while the world runs.
+/// The frame of an end may be far from its link, and be moved while the world runs.
 #[test]
 fn frames_that_are_far_away_settle() {
     let mut world = world_of(Integrator::Leapfrog, GRAVITY);

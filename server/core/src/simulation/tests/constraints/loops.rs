@@ -7,7 +7,7 @@ const COUPLER: f64 = 0.3;
 const ROCKER: f64 = 0.25;
 const GROUND: f64 = 0.3;
 
-/// A four-bar linkage as a tree: a crank with the coupler on it, and a rocker; axes along y.
+/// Returns a four-bar linkage as a tree: a crank with the coupler on it, and a rocker; axes along y.
 fn four_bar() -> Arc<RobotModel> {
     Arc::new(RobotModel {
         name: "four_bar".into(),
@@ -26,7 +26,8 @@ fn four_bar() -> Arc<RobotModel> {
     })
 }
 
-/// Joint positions that close the loop for a position of the crank: links point along (cos, 0, -sin).
+/// Returns the joint positions that close the loop for a position of the crank: links point along (cos, 0,
+/// -sin).
 fn closed(crank: f64) -> [f64; 3] {
     let at = |angle: f64| DVec3::new(angle.cos(), 0.0, -angle.sin());
     let (from, to) = (CRANK * at(crank), DVec3::X * GROUND);
@@ -60,7 +61,7 @@ fn drive(world: &mut Simulation, target: Target) {
     world.apply(&Command::SetTargets(SetTargets { robots, ..SetTargets::default() })).unwrap();
 }
 
-/// How far the two ends are from each other.
+/// Returns the distance of the two ends.
 fn gap(state: &PublishedState) -> f64 {
     let poses = state.link_poses(0).unwrap();
     poses[2].transform_point(DVec3::X * COUPLER).distance(poses[3].transform_point(DVec3::X * ROCKER))
@@ -89,8 +90,8 @@ fn a_driven_four_bar_stays_closed() {
     }
 }
 
-/// The effort that holds the crank is, by virtual work, the sum of the weights times the change of their heights, by a
-/// central difference over the closed loop.
+/// By virtual work, the effort that holds the crank is the sum of the weights times the change of their
+/// heights. The change is a central difference over the closed loop.
 #[test]
 fn a_four_bar_at_rest_carries_its_weight() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
@@ -107,7 +108,7 @@ fn a_four_bar_at_rest_carries_its_weight() {
                 + 0.8 * 0.5 * ROCKER * down(rocker)
         };
         let wanted = GRAVITY * (height(q + 1e-5) - height(q - 1e-5)) / 2e-5;
-        // Of the rocker about its own axis.
+        // Torque of the rocker about its own axis.
         let poses = state.link_poses(0).unwrap();
         let (from, to) = (poses[3].translation, poses[3].transform_point(DVec3::X * ROCKER));
         let reading = state_of(&state, "constraint_1");

@@ -14,14 +14,14 @@ use crate::simulation::published_state::ConstraintState;
 
 const GRAVITY: f64 = 9.81;
 
-/// A bar of even thickness, from the origin of its link along x.
+/// Returns a uniform bar, from the origin of its link along x.
 fn bar(name: &str, mass: f64, length: f64) -> Link {
     let (across, along) = (mass * length * length / 12.0, mass * 1e-4);
     let inertia = DMat3::from_diagonal(DVec3::new(along, across, across));
     link(name, Inertial { mass, center_of_mass: DVec3::X * (0.5 * length), inertia })
 }
 
-/// A box that moves alone, about its centre.
+/// Returns a box that moves alone, about its centre.
 fn body(mass: f64, size: DVec3) -> Arc<RobotModel> {
     let square = size * size;
     let moment = DVec3::new(square.y + square.z, square.x + square.z, square.x + square.y) * (mass / 12.0);
@@ -67,7 +67,7 @@ fn end(robot: &str, link: &str, at: DVec3) -> RequestedEnd {
     RequestedEnd { robot: robot.into(), link: link.into(), joint: String::new(), pose }
 }
 
-/// The same with the frame where that of the parent is now.
+/// Returns an end with the frame at the parent's present frame.
 fn as_it_is(robot: &str) -> RequestedEnd {
     RequestedEnd { robot: robot.into(), ..RequestedEnd::default() }
 }
@@ -97,7 +97,8 @@ fn state_of(state: &PublishedState, name: &str) -> ConstraintState {
     state.constraint_states[index]
 }
 
-/// Total momentum, angular momentum about the world's origin, and kinetic energy of robots that are single boxes.
+/// Returns the total momentum, angular momentum about the world's origin, and kinetic energy of robots that
+/// are single boxes.
 fn momenta(state: &PublishedState) -> (DVec3, DVec3, f64) {
     let (mut linear, mut angular, mut energy) = (DVec3::ZERO, DVec3::ZERO, 0.0);
     for (root, entity) in state.roots.iter().zip(&state.world.entities) {

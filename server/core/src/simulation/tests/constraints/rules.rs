@@ -1,4 +1,4 @@
-//! Limits, breaking, claims, and what lasts over what.
+//! Limits, breaking, claims and lifetime of constraints.
 
 use super::*;
 use crate::simulation::event::ConstraintDeletion;
@@ -51,7 +51,7 @@ fn a_weld_lets_go_at_its_maximal_force() {
             let state = run(&mut world, 0.2);
             let reading = state_of(&state, &name);
             assert!(reading.is_saturated && (reading.force.length() - 15.0).abs() < 1e-9, "{reading:?}");
-            // It slides down with what is left of the forces: 19.81 - 15 N.
+            // It slides down with the remaining force: 19.81 - 15 N.
             let accelerations = state.roots[0].accelerations;
             assert!((accelerations[2] + 4.81).abs() < 1e-6, "{accelerations:?}");
         }
@@ -72,11 +72,12 @@ fn removal_leaves_momenta_as_they_were() {
         assert!((one.0 - other.0).length() < 1e-12, "{one:?} {other:?}");
         assert!((one.1 - other.1).length() < 1e-9, "{one:?} {other:?}");
     }
-    // The weld was a plastic hit: energy is lost once, and not again.
+    // The weld was a plastic hit: energy is lost only once.
     assert!(held.2 < before.2 && (after.2 - held.2).abs() < 1e-4 * held.2, "{before:?} {held:?} {after:?}");
 }
 
-/// Two welds hold one box 1 m apart from where the other does: it settles in the middle, and both say that they do not hold.
+/// Two welds hold one box 1 m apart from each other's place: it settles in the middle, and both report
+/// errors.
 #[test]
 fn constraints_that_contradict_each_other_settle() {
     let mut world = world_of(Integrator::Leapfrog, GRAVITY);
@@ -119,7 +120,7 @@ fn a_gear_keeps_its_ratio() {
             world.step();
             world.observe(&mut state);
             let error = state.positions[1] + 2.5 * state.positions[0];
-            // What R gives by where it carries an arm's weight.
+            // Deflection by R under an arm's weight.
             assert!(error.abs() < 1e-8, "{integrator:?} {error:e}");
             moved = moved.max(state.positions[0].abs());
         }
@@ -149,7 +150,7 @@ fn a_gear_keeps_its_ratio() {
     }
 }
 
-/// A slack rope does nothing; a tight one carries the weight and lets it no farther.
+/// A slack rope does nothing; a tight one carries the weight and keeps it from going farther.
 #[test]
 fn a_rope_is_slack_until_it_is_tight() {
     let mut world = world_of(Integrator::Leapfrog, GRAVITY);

@@ -1,4 +1,4 @@
-//! How far, how large and how many: what is refused, and names that are free.
+//! Limits of lengths, sizes and numbers of constraints, and free names.
 
 use simd_model::LARGEST_GIVEN;
 
@@ -18,7 +18,7 @@ fn rope(length: f64, is_rope: bool) -> CreateConstraint {
     constraint(kind, end("a", "", DVec3::ZERO), end("b", "", DVec3::ZERO))
 }
 
-/// A rope of 1e306 m asks for an infinite velocity, and for none across it, which is no number.
+/// A rope of 1e306 m requires an infinite velocity, and 0 across it, which gives NaN.
 #[test]
 fn what_no_step_can_compute_with_is_refused_and_named() {
     let mut world = two_boxes();
@@ -49,7 +49,7 @@ fn what_no_step_can_compute_with_is_refused_and_named() {
         let said = refused(&mut world, &Command::ChangeConstraint(Box::new(change)));
         assert!(said.contains(part) && said.contains("1e12"), "{said:?} {part:?}");
     }
-    // Where the ends are that far, the distance between them would be no number.
+    // If the ends are that far apart, their distance would be infinite.
     let state = |pose, twist| Command::SetEntityState { robot: "a".into(), pose, twist };
     for (command, part) in [
         (state(pose, None), "pose.position.x is 1e306"),
@@ -61,7 +61,7 @@ fn what_no_step_can_compute_with_is_refused_and_named() {
     }
 }
 
-/// The same of a state that comes from elsewhere.
+/// The same for a state from elsewhere.
 #[test]
 fn a_state_with_what_no_step_can_compute_with_is_refused() {
     let mut world = two_boxes();
@@ -98,7 +98,7 @@ fn a_state_with_what_no_step_can_compute_with_is_refused() {
     }
 }
 
-/// The largest lengths and frames that are taken leave numbers.
+/// The largest accepted lengths and frames keep numbers finite.
 #[test]
 fn what_is_as_far_as_it_may_be_leaves_numbers() {
     let far = DVec3::X * LARGEST_GIVEN;
@@ -122,7 +122,7 @@ fn what_is_as_far_as_it_may_be_leaves_numbers() {
     }
 }
 
-/// A constraint without a name has the first number that is free, and no other name is taken for one with a number.
+/// A constraint without a name gets the first free number, and no other name counts as one with a number.
 #[test]
 fn a_constraint_without_a_name_has_the_first_free_number() {
     let mut world = two_boxes();

@@ -1,8 +1,9 @@
-//! Positions that constraints put right beside velocities.
+//! Position correction by constraints, beside velocities.
 
 use super::*;
 
-/// Two boxes in space that turn, and a weld that wants the second one this far from where it is, m and rad.
+/// Returns two boxes in space that turn, and a weld whose target is this far from the second one's pose, m
+/// and rad.
 fn pair(integrator: Integrator, off: f64) -> Simulation {
     let mut world = world_of(integrator, 0.0);
     add_body(&mut world, "a", body(1.0, DVec3::new(0.2, 0.1, 0.3)), DVec3::Z);
@@ -19,7 +20,8 @@ fn pair(integrator: Integrator, off: f64) -> Simulation {
     world
 }
 
-/// What is put right in positions alone has other arms, and the momenta that it had: within a hundredth of what r x p changes by.
+/// A correction in positions alone changes the arms, but not the momenta: within a hundredth of the change of
+/// r x p.
 #[test]
 fn what_is_put_right_in_space_keeps_its_momenta() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
@@ -31,13 +33,13 @@ fn what_is_put_right_in_space_keeps_its_momenta() {
         assert!(reading.position_error < 1e-7 && reading.angle_error < 1e-7, "{integrator:?} {reading:?}");
         let now = momenta(&state);
         assert!((now.0 - linear).length() < 1e-12, "{integrator:?} {now:?} {linear}");
-        // Semi-implicit Euler changes that of bodies that turn by more than this alone.
+        // Semi-implicit Euler changes a turning body's angular momentum by more than this alone.
         let change = (now.1 - angular).length();
         assert!(change < 0.01 * off || integrator == Integrator::Euler, "{integrator:?} {change:e}");
     }
 }
 
-/// What is put to a place far away is not spun up by that, as a skater is who draws in the arms.
+/// A correction over a large distance does not spin bodies up, as drawing in the arms does a skater.
 #[test]
 fn what_is_put_together_from_afar_gains_no_energy() {
     // Semi-implicit Euler is of first order, with and without constraints.
@@ -56,7 +58,7 @@ fn what_is_put_together_from_afar_gains_no_energy() {
     }
 }
 
-/// A box that is put elsewhere has no velocity on its way, which takes 4 s.
+/// A box that a correction moves has no velocity on its path, which takes 4 s.
 #[test]
 fn a_box_that_is_on_its_way_does_not_fall_asleep() {
     let mut world = world_of(Integrator::Leapfrog, 0.0);

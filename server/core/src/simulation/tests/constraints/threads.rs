@@ -24,7 +24,8 @@ impl Pool for ThreadEach {
     }
 }
 
-/// Fifty pairs of bodies that swing from the world, each pair held by a constraint of another kind than the next one.
+/// Returns fifty pairs of bodies that swing from the world; successive pairs have different types of
+/// constraints.
 fn pairs() -> Simulation {
     let mut world = world_of(Integrator::default(), GRAVITY);
     let model = body(1.0, DVec3::new(0.2, 0.1, 0.05));
@@ -51,8 +52,9 @@ fn pairs() -> Simulation {
     world
 }
 
-/// Where an end is after a step takes a walk along its robot: of a long one with many constraints such walks are most of a step. Once for
-/// each constraint that is measured, and once more for each of the two times that it is looked at where the step leads to.
+/// The pose of an end after a step takes a walk along its robot. For a long robot with many constraints such
+/// walks are most of a step. The interrupt is called once for each constraint that is measured. It is called
+/// once more for each of the two predictions of its errors after the step.
 #[test]
 fn a_step_can_be_given_up_at_each_look_at_a_constraint() {
     let mut world = world_of(Integrator::Leapfrog, GRAVITY);
@@ -82,7 +84,7 @@ fn constraints_are_equal_to_the_bit_on_threads() {
         shared.step();
         assert_eq!(alone.fingerprint(), shared.fingerprint(), "step {step}");
     }
-    // Given up in the midst, and put back.
+    // Interrupted and restored.
     let asked = std::sync::atomic::AtomicU64::new(0);
     let interrupt = || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 100;
     assert!(!shared.step_interruptible(&interrupt));
