@@ -23,7 +23,7 @@ const STEPS: usize = 64;
 
 /// Returns the first contact of a convex shape that moves by `way` from a pose with another one at rest. The
 /// result is in the axes of the two poses. The search starts near the part of the path at which a cast ends.
-/// Returns `None` if the two overlap right before that, or if the path ends before they touch.
+/// Returns `None` if the two touch or overlap right before that, or if the path ends before.
 ///
 /// The moving shape may advance until its nearest point is in the plane through the other one's, without
 /// passing anything. This is conservative advancement: Mirtich, "Impulse-based Dynamic Simulation of Rigid

@@ -88,7 +88,7 @@ struct StepScratch {
     /// Motion of the free body through the step without constraints.
     drift: Drift,
     velocity_terms: VelocityTerms,
-    /// Resistance to turning of a single free body beside its own moment, base axes; zero before
+    /// Resistance to turning of a single free body in addition to its own moment, base axes; zero before
     /// [`Articulation::stiffen`] sets it.
     stiffening: Symmetric,
 }
@@ -316,8 +316,8 @@ impl Articulation {
         self.state.forget_last_step();
     }
 
-    /// Returns the change of all velocities by a unit impulse at the joint of a body, a column of (M + h K_d
-    /// + h^2 K_p)^-1. Uses the last step's factorisation.
+    /// Returns the change of all velocities by a unit impulse at the joint of a body, a column of
+    /// `(M + h K_d + h^2 K_p)^-1`. Uses the last step's factorisation.
     pub fn response(&mut self, body: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.state.velocities.len()];
         let tree = Arc::clone(&self.tree);

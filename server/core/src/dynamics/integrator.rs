@@ -39,9 +39,9 @@ pub enum History {
     Interrupted,
     /// Velocity in the middle of the last step, in which a contact or friction began or ended.
     Kinked,
-    /// As [`Kinked`](Self::Kinked) of a smooth step, plus the acceleration of that step.
+    /// Velocity in the middle of the last step, which was smooth, and that step's acceleration.
     Smooth,
-    /// As [`Smooth`](Self::Smooth), plus the acceleration of the step before.
+    /// As [`Smooth`](Self::Smooth), and the acceleration of the smooth step before.
     SmoothTwice,
 }
 

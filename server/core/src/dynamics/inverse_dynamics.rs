@@ -8,7 +8,7 @@ use super::mass_matrix::mass_matrix;
 use super::spatial::Spatial;
 use super::tree::{JointType, Tree};
 
-/// Resistance to a joint's motion beside the inertia of links.
+/// Resistance to a joint's motion in addition to the inertia of links.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resistance {
     /// Armature, kg m^2 or kg.

@@ -93,7 +93,7 @@ pub struct Island {
     /// Whether all initial impulses were the least possible in the previous step and the final ones still
     /// are.
     was_least: bool,
-    /// Resistance to turning of each member beside its own moment, world.
+    /// Resistance to turning of each member in addition to its own moment, world.
     stiffening: Vec<Symmetric>,
     /// Resistance to turning that constraints give each member, times the square of the step.
     stiffness: Vec<Symmetric>,

@@ -31,7 +31,7 @@ pub(super) struct Entity {
     pub version: u64,
     /// Model of the robot.
     pub model: Arc<RobotModel>,
-    /// State beside the dynamics.
+    /// State outside of the dynamics.
     pub state: EntityState,
     /// Tree, state of the dynamics, and their scratch.
     pub body: Articulation,

@@ -203,7 +203,7 @@ impl Groups {
         *beside_largest = sum - largest;
     }
 
-    /// Returns whether waking threads pays off for the gathered groups: the work beside the largest group
+    /// Returns whether waking threads pays off for the gathered groups: the work outside of the largest group
     /// must take longer than waking.
     pub(super) fn are_worth_threads(&self) -> bool {
         self.beside_largest >= WORTH_THREADS

@@ -93,7 +93,7 @@ pub struct Simulation {
     step_memory: StepMemory,
     pool: Option<Arc<dyn Pool>>,
     claims: BTreeMap<ClaimId, Arc<Claim>>,
-    /// Claim of the world, beside those of its robots and joints.
+    /// Claim of the world, in addition to those of its robots and joints.
     world_claim: Option<Arc<Claim>>,
     /// Saved states, oldest first. Shared with what is published.
     saved: Arc<Vec<NamedSavedState>>,

@@ -96,13 +96,13 @@ pub(super) fn hash(bytes: &[u8]) -> u64 {
 /// State of one robot.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RobotState {
-    /// State beside its dynamics.
+    /// State outside of its dynamics.
     pub entity: EntityState,
     /// State of its dynamics.
     pub body: BodyState,
 }
 
-/// State of a robot beside its dynamics.
+/// State of a robot outside of its dynamics.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EntityState {
     /// Name, unique in the world; `[A-Za-z0-9_-]+`.

@@ -69,8 +69,8 @@ enum Velocities {
 }
 
 impl Articulation {
-    /// Returns whether the velocity terms of this step need [`solve_balanced`](Self::solve_balanced). This is
-    /// a floating tree whose velocities changed differently than in the steps before, so that the
+    /// Returns whether the velocity terms of this step need [`solve_balanced`](Self::solve_balanced). A
+    /// floating tree needs it if its velocities changed differently than in the steps before, so that the
     /// extrapolation failed.
     pub(super) fn is_disturbed(&self, h: f64) -> bool {
         let StepScratch { new_velocities, passes, .. } = &self.scratch;

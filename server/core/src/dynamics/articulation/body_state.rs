@@ -15,7 +15,7 @@ use crate::dynamics::tree::{JointType, Tree};
 use crate::plain::pose3;
 use crate::valid::{finite, pose, sizes, unit};
 
-/// State of a robot between two steps, beside its [`Tree`]: saves copy it and fingerprints read it. Vectors
+/// State of a robot between two steps, without its [`Tree`]: saves copy it and fingerprints read it. Vectors
 /// have the lengths of the tree: positions, and velocities with everything aligned to them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyState {

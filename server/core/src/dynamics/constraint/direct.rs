@@ -199,8 +199,8 @@ impl Direct {
     }
 
     /// Prepares an island whose contacts are measured. Returns whether it can be solved here: the matrix and
-    /// its factorisation must each be cheap beside the sweeps that they save. They are for chains, stacks and
-    /// single robots, but not for heaps, nor for a robot of many joints with many contacts.
+    /// its factorisation must each be cheap compared to the sweeps that they save. They are for chains,
+    /// stacks and single robots, but not for heaps, nor for a robot of many joints with many contacts.
     pub fn plan<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],

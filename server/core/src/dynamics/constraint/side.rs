@@ -95,7 +95,7 @@ impl Side {
         Columns { at, len: 0, first: 0 }
     }
 
-    /// Returns the number of numbers: J, and then three rows of M^-1 J', which are as long as the robot's
+    /// Returns the count of its numbers: J, and then three rows of M^-1 J', which are as long as the robot's
     /// velocities.
     ///
     /// J is stored span by span. Two consecutive columns are interleaved as n n t t u u, and the last one of

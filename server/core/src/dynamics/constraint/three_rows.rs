@@ -2,7 +2,7 @@
 
 /// Returns eigenvalues and eigenvectors of a symmetric matrix, nn, nt, nu, tt, tu, uu, by Jacobi rotations.
 pub fn eigen([nn, nt, nu, tt, tu, uu]: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
-    /// Number of rounds; each reduces the entries beside the diagonal quadratically.
+    /// Number of rounds; each reduces the off-diagonal entries quadratically.
     const ROUNDS: usize = 8;
     let mut matrix = [[nn, nt, nu], [nt, tt, tu], [nu, tu, uu]];
     let mut vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

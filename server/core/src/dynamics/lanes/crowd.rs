@@ -33,7 +33,7 @@ pub trait Crowd: Debug + Send {
     fn clear(&mut self);
 
     /// Makes room for the contacts of the robot of this index in the world. Returns false if lanes cannot
-    /// take such contacts. Robots that had room before may have none afterwards, and are then not taken.
+    /// take them. Robots that had room before may have none afterwards, and are then not taken.
     fn has_room(&mut self, index: usize, contacts: &[&mut Contact]) -> bool;
 
     /// Copies a robot into a lane. Returns false if it must step alone.
@@ -125,7 +125,7 @@ impl<S: Simd> Crowd for Members<S> {
     fn clear(&mut self) {
         let zero = self.lanes.occupied.splat(0.0);
         self.lanes.occupied = zero;
-        // A state that was not finite has invalidated it.
+        // A state that was not finite may have made it NaN.
         self.lanes.clearance = LaneClearance::endless(zero);
         // The robots may have other modes from now on.
         self.lanes.modes.fill(None);

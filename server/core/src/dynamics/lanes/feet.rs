@@ -238,9 +238,9 @@ impl<S: Simd> LaneRobot<S> {
         contact.total = total.get(lane);
     }
 
-    /// Sets the contacts of a copy in a lane, and the combined surfaces of each pair, if planes are where
-    /// they are for all copies. Returns false if it has contacts that lanes do not know; the lane is then
-    /// empty.
+    /// Sets the contacts of a copy in a lane, and the combined surfaces of each pair. `surfaces` are `None`
+    /// if its planes are not at the lanes' poses. Returns false if it has contacts that lanes do not know;
+    /// the lane is then empty.
     pub fn take_contacts(
         &mut self,
         lane: usize,

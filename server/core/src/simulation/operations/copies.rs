@@ -1,5 +1,5 @@
-//! Operations of copies of a world beside commands: repeated starts from a saved state, and targets at each
-//! step without name lookups.
+//! Operations of copies of a world, other than commands: repeated starts from a saved state, and targets at
+//! each step without name lookups.
 
 use std::sync::Arc;
 

@@ -46,9 +46,9 @@ impl Simulation {
         self.try_step(&|| false);
     }
 
-    /// Sets the threads that steps use beside the calling one, or none. The state after a step does not
-    /// depend on them, to the bit. They are used if there are enough groups of robots to pay off: a world of
-    /// one robot uses only the calling thread.
+    /// Sets the threads that steps use in addition to the calling one, or none. The state after a step does
+    /// not depend on them, to the bit. They are used if there are enough groups of robots to pay off: a world
+    /// of one robot uses only the calling thread.
     pub fn set_pool(&mut self, pool: Option<Arc<dyn Pool>>) {
         self.pool = pool;
     }

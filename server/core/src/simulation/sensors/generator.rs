@@ -104,8 +104,8 @@ mod tests {
         );
     }
 
-    /// In a standard deviation, the mean of a million normal numbers errs by 0.001, and their variance by
-    /// 0.0014.
+    /// For a million draws of a normal distribution, the mean has a standard deviation of 0.001, and the
+    /// variance one of 0.0014.
     #[test]
     fn normal_numbers_have_the_mean_the_variance_and_the_tails_of_a_normal_distribution() {
         let stream = stream(7, "arm", "imu");

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::definition::WorldSensor;
 use super::state::{DueSample, SensorState};
 
-/// Sensor data of a world beside the states of sensors, which belong to their robots.
+/// Sensor data of a world without the states of sensors, which belong to their robots.
 #[derive(Debug, Default)]
 pub(in crate::simulation) struct WorldSensors {
     /// Sensors by robot, in the order of their creation. Shared with what is published.

@@ -40,7 +40,7 @@ fn weightless_arm() -> Simulation {
     world
 }
 
-/// Returns the number of steps of 1 N m that the arm received; exact except for the rounding of the sums.
+/// Returns the number of steps with 1 N m that the arm received; exact except for the rounding of the sums.
 fn newton_metre_steps(world: &Simulation) -> f64 {
     look(world).velocities[0] / GAIN
 }

@@ -1,4 +1,4 @@
-//! Position correction by constraints, beside velocities.
+//! Position correction by constraints, in addition to velocities.
 
 use super::*;
 
