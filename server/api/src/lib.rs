@@ -1,7 +1,7 @@
-//! The services of `simd.v1`, the same for every transport.
+//! Services of `simd.v1`, the same for every transport.
 //!
-//! * [`service`]: the services, and what every call passes: authorization, limits, retries.
-//! * [`publication`]: the messages that are published.
+//! * [`service`]: the services, and the checks of every call: authorization, limits, retries.
+//! * [`publication`]: the published messages.
 //! * [`convert`]: wire types to types of the world and back.
 
 pub mod convert;

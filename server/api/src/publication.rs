@@ -1,4 +1,4 @@
-//! The messages that are published while a client subscribes: the same on every transport.
+//! Messages that are published while a client subscribes: the same on every transport.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,14 +10,15 @@ use simd_world::handle::{CallError, Published, RunState};
 
 use crate::convert::{Selection, to_proto};
 
-/// Time between two statistics.
+/// Time between two publications of statistics.
 pub const STATISTICS: Duration = Duration::from_millis(100);
 /// Time after which values that have not changed are published again, for late subscribers.
 pub const UNCHANGED: Duration = Duration::from_secs(1);
 /// Longest wait for the next step of a playing world.
 const FRESH: Duration = Duration::from_millis(2);
 
-/// Encodes the message of a robot, given by its index in a state. Returns `None` if the state has fewer robots.
+/// Encodes the message of a robot, given by its index in a state. Returns `None` if the state has fewer
+/// robots.
 pub type Encode = fn(&Published, usize) -> Option<Vec<u8>>;
 
 /// Encodes the states of a robot's joints.
@@ -33,8 +34,8 @@ pub fn link_poses(state: &Published, robot: usize) -> Option<Vec<u8>> {
     Some(v1::GetLinkPosesResponse { stamp, robots }.encode_to_vec())
 }
 
-/// Returns the first fresh state after the state `sent`. While the world plays it waits for the next step, since the
-/// newest state may be a step old.
+/// Returns the first fresh state after the state `sent`. While the world plays it waits for the next step,
+/// since the newest state may be a step old.
 ///
 /// # Errors
 /// Returns an error if the world ends.

@@ -1,4 +1,4 @@
-//! The path of a field in a request, and why a value in it is refused.
+//! Paths of fields in a request, and refusals of their values.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -9,21 +9,21 @@ use simd_model::shown;
 
 use simd_world::info::MAX_NAME_BYTES;
 
-/// A field whose value cannot be.
+/// Refusal of a field's value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}{of} is {value}; {expected}")]
 pub struct BadField {
-    /// Its path, for instance `robots[0].joints[2].position.position`.
+    /// Path of the field, for instance `robots[0].joints[2].position.position`.
     pub field: String,
-    /// What it belongs to, for people: ` (joint "elbow")`, or nothing.
+    /// Owner of the field, for people: ` (joint "elbow")`, or empty.
     pub of: String,
-    /// What was given.
+    /// Given value.
     pub value: String,
-    /// What would be accepted, as "it must be ...".
+    /// Accepted values, as "it must be ...".
     pub expected: String,
 }
 
-/// Where in a request a value stands. Costs nothing until it is written.
+/// Position of a value in a request. It allocates nothing until it is formatted.
 #[derive(Clone, Copy, Debug)]
 pub struct Path<'a> {
     parent: Option<&'a Path<'a>>,
@@ -39,25 +39,25 @@ enum Part<'a> {
 }
 
 impl<'a> Path<'a> {
-    /// The request itself.
+    /// Path of the request.
     pub const ROOT: Path<'static> = Path { parent: None, part: Part::Root };
 
-    /// `name`.
+    /// Returns the path of the field `name`.
     pub fn field(&'a self, name: &'a str) -> Self {
         Self { parent: Some(self), part: Part::Field(name) }
     }
 
-    /// `name[index]`.
+    /// Returns the path of `name[index]`.
     pub fn item(&'a self, name: &'a str, index: usize) -> Self {
         Self { parent: Some(self), part: Part::Item(name, index) }
     }
 
-    /// `name["key"]`.
+    /// Returns the path of `name["key"]`.
     pub fn entry(&'a self, name: &'a str, key: &'a str) -> Self {
         Self { parent: Some(self), part: Part::Entry(name, key) }
     }
 
-    /// The refusal of what stands here.
+    /// Returns the refusal of the value at this path.
     pub fn refuse(&self, value: impl fmt::Display, expected: impl Into<String>) -> BadField {
         BadField {
             field: self.to_string(),
@@ -67,17 +67,17 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// What must be there.
+    /// Returns a value that must be given.
     pub fn given<T>(&self, value: Option<T>) -> Result<T, BadField> {
         value.ok_or_else(|| self.refuse("not given", "it must be given"))
     }
 
-    /// A number that is neither NaN nor infinite.
+    /// Accepts a number that is neither NaN nor infinite.
     pub fn finite(&self, value: f64) -> Result<f64, BadField> {
         if value.is_finite() { Ok(value) } else { Err(self.refuse(value, "it must be finite")) }
     }
 
-    /// A number in a range.
+    /// Accepts a number in a range.
     pub fn within(&self, value: f64, range: RangeInclusive<f64>) -> Result<f64, BadField> {
         if range.contains(&value) {
             Ok(value)
@@ -86,7 +86,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// A finite number that is not negative.
+    /// Accepts a finite number that is not negative.
     pub fn at_least_zero(&self, value: f64) -> Result<f64, BadField> {
         if value >= 0.0 && value.is_finite() {
             Ok(value)
@@ -95,7 +95,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Wall seconds within a range, of which 0 means the default.
+    /// Returns wall seconds within a range; 0 selects the default.
     pub fn seconds(
         &self,
         value: f64,
@@ -106,7 +106,7 @@ impl<'a> Path<'a> {
         Duration::try_from_secs_f64(seconds).map_err(|error| self.refuse(seconds, error.to_string()))
     }
 
-    /// The name of something that there may be.
+    /// Accepts a name of permitted length, which may not be empty.
     pub fn name(&self, value: String) -> Result<String, BadField> {
         if value.is_empty() {
             return Err(self.refuse("empty", "it must be a name"));
@@ -114,7 +114,7 @@ impl<'a> Path<'a> {
         self.short(value)
     }
 
-    /// Text that may be empty.
+    /// Accepts text of permitted length, which may be empty.
     pub fn short(&self, value: String) -> Result<String, BadField> {
         if value.len() > MAX_NAME_BYTES {
             let expected = format!("it must have at most {MAX_NAME_BYTES}");
@@ -140,7 +140,7 @@ impl<'a> Path<'a> {
         Ok(())
     }
 
-    /// The value of an enum that this daemon knows.
+    /// Returns the value of an enum that this daemon knows.
     pub fn known<E: TryFrom<i32>>(&self, number: i32) -> Result<E, BadField> {
         E::try_from(number).map_err(|_unknown| {
             self.refuse(number, "it must be one of the numbers that the schema gives this enum")

@@ -1,9 +1,9 @@
-//! Wire types to the daemon's own types and back, by named functions, for every front-end.
+//! Converts wire types to the daemon's own types and back, by named functions, for every front-end.
 //!
-//! * [`field`]: the path of a field, and why a value in it is refused.
-//! * [`from_proto`]: requests. What is past it is finite, named, known and in range.
-//! * [`to_proto`]: what is answered.
-//! * [`selection`]: the joints that a client wants to see, resolved once a layout.
+//! * [`field`]: the path of a field, and the refusal of its value.
+//! * [`from_proto`]: requests. Converted values are finite, named, known and in range.
+//! * [`to_proto`]: answers.
+//! * [`selection`]: the joints that a client wants to see, resolved once per layout.
 
 pub mod field;
 pub mod from_proto;

@@ -1,5 +1,5 @@
-//! The joints that a client wants to see, found once and read from every state
-//! after that until the robots of the world change.
+//! Joints that a client wants to see. They are resolved once, and again only when the robots of the world
+//! change.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,36 +13,36 @@ use simd_proto::v1;
 use super::to_proto;
 use simd_world::handle::Published;
 
-/// Some joints of some robots, in an order of the client's choice.
+/// Joints of robots, in an order of the client's choice.
 #[derive(Debug, Default)]
 pub struct Selection {
-    /// None: all joints of all robots.
+    /// Wanted joints; empty means all joints of all robots.
     wanted: Vec<JointSelection>,
-    /// What `wanted` is in one world. The layout is held, so that another one
-    /// cannot come to lie at its address.
+    /// Resolution of `wanted` in one world. It holds the layout, so that no other layout can get the same
+    /// address.
     found: Option<(Arc<WorldLayout>, Vec<Found>)>,
 }
 
-/// A robot and which of its values are wanted.
+/// A robot and its wanted values.
 #[derive(Debug)]
 struct Found {
-    /// Its index in [`WorldLayout::entities`].
+    /// Index in [`WorldLayout::entities`].
     index: usize,
     entity: Arc<EntityLayout>,
     values: Values,
 }
 
-/// Where values lie in the arrays of a published state.
+/// Wanted values of a robot, by their position in the arrays of a published state.
 #[derive(Debug)]
 enum Values {
-    /// All of the robot's.
+    /// All values of the robot.
     Whole,
-    /// These, in this order.
+    /// Indices of joints, positions and velocities, in the client's order.
     Some { joints: Vec<usize>, positions: Vec<usize>, velocities: Vec<usize> },
 }
 
 impl Selection {
-    /// Joints by name; none means all joints of all robots.
+    /// Selects joints by name; an empty list means all joints of all robots.
     pub fn new(wanted: Vec<JointSelection>) -> Self {
         Self { wanted, found: None }
     }
@@ -55,18 +55,19 @@ impl Selection {
         self.found_in(world).map(|_found| ())
     }
 
-    /// The values of this selection in a state.
+    /// Returns the values of this selection in a state.
     ///
     /// # Errors
-    /// `RobotNotFound` and `JointNotFound`, where the state has them no longer.
+    /// `RobotNotFound` and `JointNotFound`, if the state does not have them any more.
     pub fn states(&mut self, published: &Published) -> Result<v1::JointStates, Error> {
         self.changed_states(published, &[])
     }
 
-    /// The same without the values of robots that are unchanged, by index among those of the world; the others are not.
+    /// Like `states`, without the values of unchanged robots. `unchanged` is by index in the world; robots
+    /// beyond its end count as changed.
     ///
     /// # Errors
-    /// Those of [`Selection::states`].
+    /// As [`Selection::states`].
     pub fn changed_states(
         &mut self,
         published: &Published,
@@ -93,7 +94,7 @@ impl Selection {
         Ok(v1::JointStates { stamp: Some(to_proto::stamp::published(published)), robots })
     }
 
-    /// The robots of this selection in a world, in its order, with their indices among those of the world.
+    /// Returns the robots of this selection, in its order, with their indices in the world.
     ///
     /// # Errors
     /// `RobotNotFound` and `JointNotFound`.
@@ -102,7 +103,8 @@ impl Selection {
         Ok(found.iter().map(|found| (found.index, Arc::clone(&found.entity))).collect())
     }
 
-    /// All joints of the robot at this index of a state, for which no name is looked up; `None` where it has fewer robots.
+    /// Returns all joints of the robot at this index of a state, without looking up names; `None` if the
+    /// state has fewer robots.
     pub fn whole_robot(published: &Published, index: usize) -> Option<v1::JointStates> {
         let state = &published.state;
         let robots = vec![whole(state, index, state.world.entities.get(index)?)];
@@ -165,7 +167,7 @@ fn find_values(entity: &EntityLayout, wanted: &[String]) -> Result<Values, Error
     Ok(Values::Some { joints: chosen, positions, velocities })
 }
 
-/// A joint's range within the whole world's values, from that within its robot's.
+/// Returns a joint's range within the values of the world, from its range within its robot.
 fn within(robot: &Range<usize>, joint: Option<&Range<usize>>) -> Range<usize> {
     joint.map_or(0..0, |joint| robot.start + joint.start..robot.start + joint.end)
 }

@@ -1,4 +1,4 @@
-//! A small world for the tests of conversions: two robots, one joint of each sort that matters.
+//! A small world for the tests of conversions: two robots, with one joint of each relevant kind.
 
 #![allow(clippy::unwrap_used)]
 
@@ -14,7 +14,7 @@ use simd_model::robot::{Geometry, Inertial, Joint, JointKind, JointLimits, Link,
 
 use simd_world::handle::{Pace, Published, RunState, Statistics};
 
-/// `shoulder` turns, `tool` is fixed, `puck` is planar, `slide` slides.
+/// Returns a model: `shoulder` turns, `tool` is fixed, `puck` is planar, `slide` slides.
 pub fn model() -> RobotModel {
     let joints = [
         ("shoulder", JointKind::Revolute),
@@ -63,7 +63,7 @@ fn joint((index, (name, kind)): (usize, (&str, JointKind))) -> Joint {
     }
 }
 
-/// A robot with a fixed base and these joint positions.
+/// Spawns a robot with a fixed base and these joint positions.
 pub fn spawn(name: &str, joint_positions: &[(&str, f64)]) -> Command {
     Command::Spawn(Box::new(Spawn {
         name: name.to_owned(),
@@ -81,7 +81,7 @@ pub fn spawn(name: &str, joint_positions: &[(&str, f64)]) -> Command {
     }))
 }
 
-/// `left` and `right`, in this order.
+/// Returns a world with `left` and `right`, in this order.
 pub fn simulation() -> Simulation {
     let mut simulation = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     simulation.apply(&spawn("left", &[("shoulder", 0.25), ("slide", 0.5)])).unwrap();
@@ -89,7 +89,7 @@ pub fn simulation() -> Simulation {
     simulation
 }
 
-/// What a world looks like.
+/// Publishes the state of a world.
 pub fn publish(simulation: &Simulation, sequence: u64) -> Published {
     let mut state = PublishedState::default();
     simulation.observe(&mut state);

@@ -1,5 +1,5 @@
-//! Lets a call through whose token allows it. What is not only read is written into the log, and is an event: whose
-//! token, from which client, by which transport, which method, which robots, and how it ended.
+//! Passes calls whose token allows them. Calls that change something are logged and are events: token,
+//! client, transport, method, robots, and outcome.
 
 use std::convert::Infallible;
 use std::future::{Ready, ready};
@@ -25,7 +25,7 @@ use simd_world::SimHandle;
 use simd_world::access::{Denied, Grant, concern_of, role_of};
 use simd_world::handle::{AuditedCall, Peer, RobotNote, Transport};
 
-/// Methods that clients call many times a second: each call is not worth a line.
+/// Methods that clients call many times a second: their calls are not logged.
 const FREQUENT: [&str; 12] = [
     "/simd.v1.JointService/SetJointTargets",
     "/simd.v1.JointService/Control",
@@ -41,14 +41,14 @@ const FREQUENT: [&str; 12] = [
     "/simd.v1.ViewService/NextInput",
 ];
 
-/// A service that only those reach whose token allows it.
+/// A service that only calls with sufficient rights reach.
 #[derive(Clone, Debug)]
 pub struct Authorized<S> {
-    /// What is called.
+    /// Wrapped service.
     pub service: S,
-    /// Who may, and where calls are events.
+    /// World with the tokens, which also gets calls as events.
     pub handle: SimHandle,
-    /// How calls come where their extensions do not say otherwise.
+    /// Transport of calls whose extensions name none.
     pub transport: Transport,
 }
 
@@ -71,7 +71,7 @@ where
 
     fn call(&mut self, mut request: Request<Body>) -> Self::Future {
         let transport = request.extensions().get().copied().unwrap_or(self.transport);
-        // Who is within the process has it anyway.
+        // A caller within the process has full access anyway.
         if !self.handle.access().is_required() || transport == Transport::Handle {
             return Answer::Passed { answer: self.service.call(request), grant: None, line: None };
         }
@@ -122,7 +122,7 @@ where
     }
 }
 
-/// Refuses who asks to take over what is another's, and whose token does not allow it.
+/// Refuses a take-over that the caller's token does not allow.
 pub(super) fn may_take_over<M>(
     request: &tonic::Request<M>,
     takes_over: bool,
@@ -133,7 +133,7 @@ pub(super) fn may_take_over<M>(
     allowed.map_err(|denied| Status::from(refusal(&denied)))
 }
 
-/// The refusal of a call.
+/// Returns the refusal of a denied call.
 pub fn refusal(denied: &Denied) -> Explained {
     let reason = match denied {
         Denied::Missing | Denied::Unknown | Denied::Expired { .. } => ErrorReason::Unauthenticated,
@@ -143,7 +143,7 @@ pub fn refusal(denied: &Denied) -> Explained {
     Explained::new(reason, denied)
 }
 
-/// The token of a request: in its header, or in the cookie of the page.
+/// Returns the token of a request: in its header, or in the cookie of the page.
 pub fn token(headers: &HeaderMap) -> Option<&str> {
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
     if let Some(said) = text(TOKEN_HEADER) {
@@ -158,11 +158,11 @@ fn client(headers: &HeaderMap) -> String {
     said.chars().take(simd_proto::MAX_CLIENT_NAME).collect()
 }
 
-/// What is written of a call when it has ended, be it that its caller went away: a call leaves a line in any case.
+/// Line of the log for a call, written when it ends. A call whose client disconnects leaves a line too.
 #[derive(Debug)]
 pub struct Line(Option<Call>);
 
-/// What is noted of a call.
+/// Facts about a call.
 #[derive(Debug)]
 struct Call {
     handle: SimHandle,
@@ -177,7 +177,7 @@ impl Drop for Line {
 }
 
 impl Line {
-    /// Of a call that was let through; once.
+    /// Writes the line of a passed call, once.
     fn write(&mut self, status: &Status) {
         let Some(Call { handle, note, call }) = self.0.take() else { return };
         let result = match status.code() {
@@ -192,8 +192,8 @@ impl Line {
         handle.audited(call);
     }
 
-    /// Of one that was not, and how many before it had no line. It is an event where its token is known: others must
-    /// not be able to push events out.
+    /// Writes the line of a refused call, with the number of unlogged refusals before it. It is an event only
+    /// if its token is known: unknown clients must not be able to push events out.
     fn write_refusal(mut self, denied: &Denied, status: &Status, unlogged: u64) {
         let Some(Call { handle, note: _, call }) = self.0.take() else { return };
         let call = AuditedCall { code: status.code().into(), reason: reason(status), ..call };
@@ -207,16 +207,16 @@ impl Line {
     }
 }
 
-/// The answer of an [`Authorized`] service.
+/// Answer of an [`Authorized`] service.
 #[derive(Debug)]
 pub enum Answer<F> {
-    /// That of the service.
+    /// The service answers.
     Passed {
-        /// To come.
+        /// Pending answer.
         answer: F,
-        /// Of a stream, which ends where it is revoked.
+        /// Rights of a stream, which ends when its token is revoked.
         grant: Option<Arc<Grant>>,
-        /// What is noted once it is there.
+        /// Line to write when the call ends.
         line: Option<Line>,
     },
     /// A refusal.
@@ -233,7 +233,7 @@ where
         match &mut *self {
             Self::Denied(answer) => Pin::new(answer).poll(context),
             Self::Passed { answer, grant, line } => Pin::new(answer).poll(context).map_ok(|response| {
-                // Only a refusal has its status in the headers; a stream that goes on has its own at its end.
+                // Only a refusal has its status in the headers; a stream has its status at its end.
                 let refused = Status::from_header_map(response.headers());
                 let response = match (line.take(), refused, &grant) {
                     (Some(mut line), None, Some(_)) => watched(response, move |status| line.write(status)),
@@ -252,7 +252,7 @@ where
     }
 }
 
-/// The body of a stream, which ends where its client's token is revoked or expires.
+/// Body of a stream, which ends when its client's token is revoked or expires.
 struct Revocable {
     body: Body,
     revoked: Pin<Box<WaitForCancellationFutureOwned>>,

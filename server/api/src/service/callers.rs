@@ -1,5 +1,4 @@
-//! Notes who calls: services find a [`Caller`] among a request's extensions, and the
-//! daemon knows who is here.
+//! Records callers: services find a [`Caller`] in a request's extensions, and the daemon knows its clients.
 
 use std::convert::Infallible;
 use std::pin::Pin;
@@ -15,14 +14,14 @@ use super::held::Held;
 use simd_world::SimHandle;
 use simd_world::handle::{Caller, Peer, Transport, UnderWay};
 
-/// A service whose callers are noted.
+/// A service whose callers are recorded.
 #[derive(Clone, Debug)]
 pub struct RecordCaller<S> {
-    /// What is called.
+    /// Wrapped service.
     pub service: S,
-    /// Where it is noted.
+    /// World that records callers.
     pub handle: SimHandle,
-    /// How calls come where their extensions do not say otherwise.
+    /// Transport of calls whose extensions name none.
     pub transport: Transport,
 }
 
@@ -58,7 +57,7 @@ where
     }
 }
 
-/// The answer of a [`RecordCaller`] service.
+/// Answer of a [`RecordCaller`] service.
 #[derive(Debug)]
 pub struct Answer<F> {
     answer: F,

@@ -1,4 +1,4 @@
-//! The camera service: pictures of the world, for those who want them and for those who draw them.
+//! The camera service: requests for pictures, and tasks for renderers.
 
 use std::sync::Arc;
 
@@ -22,12 +22,12 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
 
-    /// For the robots of the caller's token.
+    /// Returns a handle limited to the robots of the caller's token.
     fn handle_of<M>(&self, request: &Request<M>) -> SimHandle {
         self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref))
     }

@@ -1,5 +1,6 @@
-//! Which claim a call acts for. Over gRPC no other client can read the call, and it has the claim's secret.
-//! Over Zenoh any session may read it: it has the claim's id, and the front-end saw whether it is proven.
+//! The claim that a call acts for. Over gRPC no other client can read the call, and it carries the claim's
+//! secret. Over Zenoh any session may read it: it carries the claim's id, and the front-end has checked its
+//! proof.
 
 use simd_core::simulation::command::ClaimId;
 use simd_proto::proof;
@@ -8,37 +9,37 @@ use tonic::Extensions;
 use simd_world::SimHandle;
 use simd_world::handle::{CallError, Unproven};
 
-/// What a message that others may have heard proves of claims. A front-end of such messages puts it
-/// among the extensions of each request.
+/// Proof of a claim in a message that other clients may have heard. A front-end with such messages adds it to
+/// the extensions of each request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Proven {
-    /// It has no proof.
+    /// No proof.
     Nothing,
-    /// Its sender holds this claim.
+    /// The sender holds this claim.
     Claim(ClaimId),
-    /// Its proof is not good.
+    /// The proof is invalid.
     Refused(Unproven),
 }
 
-/// How the claims of one call are read.
+/// Form in which a call names its claim.
 #[derive(Clone, Copy, Debug)]
 pub enum Presented {
-    /// By their secret.
+    /// By its secret.
     Secret,
-    /// By their id, where it is proven.
+    /// By its id, if proven.
     Id(Proven),
 }
 
 impl Presented {
-    /// As the front-end has it.
+    /// Returns the form that the front-end chose.
     pub(crate) fn of(extensions: &Extensions) -> Self {
         extensions.get().copied().map_or(Self::Secret, Self::Id)
     }
 
-    /// The claim that a request names, or none where it names none.
+    /// Returns the claim that a request names, if any.
     ///
     /// # Errors
-    /// Returns an error if there is no such claim, or the caller does not prove that it is its own.
+    /// Returns an error if the claim does not exist, or the caller does not prove that it holds it.
     pub fn claim(self, handle: &SimHandle, named: &str) -> Result<Option<ClaimId>, CallError> {
         if named.is_empty() {
             return Ok(None);

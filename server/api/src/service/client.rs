@@ -1,4 +1,4 @@
-//! The client service: who is here, and whose targets joints have.
+//! The client service: connected clients, and owners of joint targets.
 
 use simd_proto::v1::{self, client_service_server::ClientService};
 use tonic::{Request, Response, Status};
@@ -13,7 +13,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }

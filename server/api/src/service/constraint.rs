@@ -1,4 +1,4 @@
-//! The constraint service: what holds links together beside the joints of their robots.
+//! The constraint service: constraints between links, beside the joints of their robots.
 
 use crate::service::status::OrStatus as _;
 use simd_core::{Command, Reply};
@@ -19,7 +19,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }

@@ -1,4 +1,4 @@
-//! The contact service: what touches what, how far apart it is, and what rays and shapes meet.
+//! The contact service: contacts, distances, rays and swept shapes.
 
 use crate::service::status::OrStatus as _;
 use simd_core::simulation::queries::{DistanceQuery, QueryBody, QuerySide};
@@ -23,7 +23,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -49,7 +49,7 @@ impl ContactService for Service {
     ) -> Result<Response<v1::CastRaysResponse>, Status> {
         let v1::CastRaysRequest { rays, collision_mask } = request.into_inner();
         let rays = from_proto::rays(rays)?;
-        // Before it waits for a permit with all of them.
+        // Checked before the wait for a permit.
         check_rays(&rays).map_err(CallError::World).or_status()?;
         let state = self.handle.newest();
         let stamp = Some(stamp::published(&state));
@@ -127,7 +127,7 @@ impl ContactService for Service {
     }
 }
 
-/// A side of a distance, of the robots that a state has.
+/// Resolves a side of a distance in a state.
 fn side(at: &Path<'_>, side: query::Side, state: &Published) -> Result<QuerySide, Status> {
     let body = match side {
         query::Side::Body(body) => body,

@@ -1,11 +1,9 @@
-//! `Control`: a stream in which each request is one credit, may carry targets,
-//! and is answered by exactly one state.
+//! `Control`: a stream in which each request is one credit, may carry targets, and gets exactly one state as
+//! its answer.
 //!
-//! The answers are one future that the transport polls when it has room to send:
-//! there is no task and no queue in between, so that a state is read at the moment
-//! it can leave. A reader that stalls has at most the one answer to its last
-//! request on the way to it, in the buffers of HTTP/2, and the answer to
-//! its next request is the newest state again.
+//! The answers are one future, which the transport polls when it has room to send. There is no task or queue
+//! in between, so a state is read at the moment it can leave. For a stalled reader, at most the answer to its
+//! last request waits in the buffers of HTTP/2. The answer to its next request is the newest state again.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -32,24 +30,24 @@ use simd_world::handle::{CallError, Caller, Done, Published, RunState, SensorSel
 #[derive(Debug)]
 pub(super) struct Control {
     handle: SimHandle,
-    /// How its requests come.
+    /// Transport of its requests.
     transport: Transport,
     draining: CancellationToken,
-    /// Who controls, where it said so.
+    /// Client that controls, if it identified itself.
     caller: Option<Caller>,
     presented: Presented,
     requests: Streaming<v1::ControlRequest>,
-    /// What to answer with, from request to request.
+    /// Joints in the answers, kept from request to request.
     selection: Selection,
-    /// Whose newest readings go beside it, from request to request.
+    /// Sensors whose newest readings accompany the answers, kept from request to request.
     sensors: Vec<SensorSelection>,
     /// Sequence of the state in the last answer; 0 for none.
     answered: u64,
-    /// Sequence of the newest state when the last answer, a refusal, was given.
+    /// Sequence of the newest state when the last answer was a refusal.
     refused: Option<u64>,
 }
 
-/// Longest time that a refusal after a refusal waits for a newer state.
+/// Longest wait of a repeated refusal for a newer state.
 const WAIT: Duration = Duration::from_secs(1);
 
 impl Control {
@@ -85,7 +83,7 @@ impl Control {
         draining.run_until_cancelled(answer).await.unwrap_or(Ok(None))
     }
 
-    /// The answer to one request; none where the daemon drains.
+    /// Answers one request; `None` if the daemon drains.
     async fn answer(&mut self, request: v1::ControlRequest) -> Option<v1::ControlResponse> {
         let at_once = request.wait == i32::from(v1::ControlWait::None);
         let explained = match self.try_answer(request).await {
@@ -96,8 +94,7 @@ impl Control {
             Err(Refused::Call(CallError::ShuttingDown)) => return None,
             Err(refused) => Explained::from(&refused),
         };
-        // One who asks for each newer state and is refused each time must not get
-        // refusals faster than there are states.
+        // A client that asks for each newer state must not get refusals faster than states.
         if let (Some(refused), false) = (self.refused, at_once)
             && let Err(CallError::ShuttingDown) = self.handle.newer_than(refused, Some(WAIT)).await
         {
@@ -107,7 +104,7 @@ impl Control {
         Some(self.refusal(explained))
     }
 
-    /// Counts a refusal, as that of a call is.
+    /// Counts a refusal like the refusal of a call.
     fn count(&self, explained: &Explained) {
         if let Some(method) = methods::find("JointService", "Control") {
             self.handle.refused_beside_calls(method, self.transport, explained.how());
@@ -115,7 +112,7 @@ impl Control {
     }
 
     async fn try_answer(&mut self, request: v1::ControlRequest) -> Result<v1::ControlResponse, Refused> {
-        // Kept whatever becomes of the rest, so that no later answer has what was not asked for.
+        // Stored even if the rest fails, so that no later answer has joints that were not requested.
         if !request.selections.is_empty() {
             self.selection = Selection::new(selections(request.selections)?);
         }
@@ -126,7 +123,7 @@ impl Control {
         let wait = wait(request.wait)?;
         let mut targets = set_targets(request.robots, request.limit_policy)?;
         let claim = self.presented.claim(&self.handle, &request.claim);
-        // Targets hold only where their answer can be given.
+        // Targets take effect only if their answer can be given.
         self.selection.resolve(&self.handle.newest().state.world)?;
         self.handle.readings_beside(&self.sensors)?;
 
@@ -154,8 +151,8 @@ impl Control {
         Ok(v1::ControlResponse { states, clamped, refusal: None, sensors })
     }
 
-    /// The sequence before the first state that shows what a command did: while
-    /// playing that is the next step's, else the state is published with the command.
+    /// Returns the sequence before the first state that shows a command's effect. While playing, the next
+    /// step's state shows it; otherwise, the state is published with the command.
     fn before_shown(&self, done: &Done) -> u64 {
         match self.handle.statistics().state {
             RunState::Playing => done.sequence,
@@ -169,9 +166,9 @@ impl Control {
         Ok(states)
     }
 
-    /// A refusal with the newest state, the first one at once: a controller must learn
-    /// of it even where the world is paused and no newer state will come. Without a
-    /// state where the robots or joints that are wanted are not there.
+    /// Returns a refusal with the newest state. The first one goes out at once: a controller must learn of it
+    /// even if the world is paused and no newer state comes. The state is left out if the selected robots or
+    /// joints do not exist.
     fn refusal(&mut self, explained: Explained) -> v1::ControlResponse {
         let newest = self.handle.newest();
         self.refused = Some(newest.sequence);

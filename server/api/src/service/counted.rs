@@ -1,5 +1,5 @@
-//! Counts each call of every transport: which method, how it ended, how long it took. Each has an id, which is in every
-//! line of the log that is written for it, and in its answer.
+//! Counts each call of every transport: method, outcome, duration. Each call has an id, which appears in all
+//! its log lines and in its answer.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -22,15 +22,15 @@ use simd_world::handle::Transport;
 
 /// Numbers the calls of this process.
 static CALLS: AtomicU64 = AtomicU64::new(0);
-/// What a client calls its request, and the answer repeats.
+/// Header with the client's id of its request, which the answer repeats.
 const ID_HEADER: HeaderName = HeaderName::from_static("x-request-id");
-/// Characters of an id of a client's own.
+/// Maximum length of a client's id, characters.
 const MAX_ID: usize = 64;
 
-/// Where calls are counted, and how they come where their extensions do not say otherwise.
+/// World that counts calls, and the transport of calls whose extensions name none.
 pub(super) type Counter = (SimHandle, Transport);
 
-/// Counts one call. A method that the schema has not is not counted.
+/// Counts one call. A method that the schema does not have is not counted.
 pub(super) async fn count(
     State((handle, transport)): State<Counter>,
     request: Request,
@@ -62,7 +62,7 @@ pub(super) async fn count(
     response.map(|body| axum::body::Body::new(Held::new(body, stream)))
 }
 
-/// The id of a request: what its client says, where that can be printed; else a number of our own.
+/// Returns the id of a request: the client's if it is printable, otherwise a number of this process.
 fn id(request: &Request) -> HeaderValue {
     let is_plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"-_.:".contains(byte);
     let said = request
@@ -72,7 +72,7 @@ fn id(request: &Request) -> HeaderValue {
     said.cloned().unwrap_or_else(|| HeaderValue::from(CALLS.fetch_add(1, Ordering::Relaxed) + 1))
 }
 
-/// A reason that the schema has; empty for none.
+/// Returns the reason of a status, if the schema has it, otherwise an empty string.
 pub fn reason(status: &Status) -> &'static str {
     let Some(info) = status.get_details_error_info() else { return "" };
     let named = ErrorReason::from_str_name(&format!("ERROR_REASON_{}", info.reason));

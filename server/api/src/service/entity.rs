@@ -1,4 +1,4 @@
-//! The entity service: robots in, robots out, where they are.
+//! The entity service: spawns, deletes and moves robots.
 
 use crate::service::status::OrStatus as _;
 use std::sync::Arc;
@@ -24,7 +24,8 @@ use simd_world::account::Account;
 use simd_world::handle::{CallError, Done, ExpandedXacro, Loaded, Published, Reloaded};
 use simd_world::loading::Progress;
 
-/// Triangles of a collider that is written as text for each part of it that is asked for: those of hulls and parts, not of terrain.
+/// Maximum number of triangles of a collider that is sent as text, which is written anew for each requested
+/// part of the file. Hulls and parts of meshes stay below it; terrain may not.
 const MOST_WRITTEN: usize = 16_384;
 
 /// Serves `simd.v1.EntityService`.
@@ -34,7 +35,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -46,10 +47,10 @@ impl Service {
         v1::EntityInfo { claimed_by: holder.unwrap_or_default().to_owned(), ..info }
     }
 
-    /// A robot that has just come.
+    /// Describes a robot that was just spawned.
     ///
     /// # Errors
-    /// Returns an error if it is gone again by now.
+    /// Returns an error if the robot no longer exists.
     fn info_of(&self, robot: &str, done: &Done) -> Result<v1::EntityInfo, CallError> {
         let state = self.handle.newest();
         let gone = || CallError::GoneAgain { robot: robot.to_owned(), step: done.applied.at.step };
@@ -68,7 +69,7 @@ impl Service {
     }
 }
 
-/// A robot by name, with its index among the robots.
+/// Finds a robot by name; also returns its index.
 pub(super) fn find<'a>(
     state: &'a Published,
     robot: &str,
@@ -81,7 +82,7 @@ fn not_found(state: &Published, robot: &str) -> Error {
     Error::RobotNotFound { robot: robot.to_owned(), known }
 }
 
-/// The robots of these names, in this order; of no names, all there are.
+/// Finds robots by name, in this order; no names mean all robots.
 pub(super) fn find_all<'a>(
     state: &'a Published,
     robots: &[String],
@@ -134,7 +135,7 @@ impl EntityService for Service {
                     validated.model.map(|model| to_proto::entity::described(&model, validated.description));
                 (validated.report, validated.summary, entity)
             }
-            // The report is what was asked for, and it ends with the reason.
+            // The report is the answer, and it ends with the reason.
             Err(CallError::InvalidDescription { message, report }) => (*report, message, None),
             Err(error) => return Err(error).or_status(),
         };
@@ -165,8 +166,8 @@ impl EntityService for Service {
         let request = Request::from_parts(metadata, extensions, spawn);
         let (say, heard) = watch::channel(Progress::default());
         let service = self.clone();
-        // A task of its own: the robot comes, though the one who asked for it goes away. A task does not know by itself
-        // whose call it is.
+        // A separate task: the robot is spawned even if the caller disconnects. A task does not inherit the
+        // account of its call.
         let work = tokio::spawn(Account::current().scope(async move {
             let own = service.clone();
             let spawned = once(&service.handle, request, |handle, request| async move {

@@ -1,4 +1,4 @@
-//! The event service: what happened in the world.
+//! The event service: events in the world.
 
 use crate::service::status::OrStatus as _;
 use std::collections::VecDeque;
@@ -13,7 +13,7 @@ use crate::convert::{from_proto, to_proto};
 use simd_world::SimHandle;
 use simd_world::handle::CallError;
 
-/// How long a watcher waits before it asks again; it never learns of it.
+/// Longest wait of one look for events; a watcher does not notice it.
 const WAIT: Duration = Duration::from_secs(60);
 
 /// Serves `simd.v1.EventService`.
@@ -23,7 +23,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -38,7 +38,7 @@ impl EventService for Service {
         request: Request<v1::WatchEventsRequest>,
     ) -> Result<Response<Self::WatchEventsStream>, Status> {
         let now = self.handle.events_after(u64::MAX).last_sequence;
-        // A number from before a restart of the daemon may lie ahead.
+        // A number from before a restart of the daemon may be larger.
         let after = match request.into_inner().after_sequence {
             0 => now,
             after => after.min(now),
@@ -62,8 +62,8 @@ impl EventService for Service {
     }
 }
 
-/// One who watches: events are fetched when the network asks for the next one,
-/// so that what a slow reader has not read lies in the daemon's log alone.
+/// A watcher. Events are fetched when the network asks for the next one, so unread events of a slow reader
+/// are only in the daemon's log.
 struct Watcher {
     handle: SimHandle,
     after: u64,

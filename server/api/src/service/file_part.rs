@@ -1,13 +1,13 @@
-//! Files that go out in parts which fit a message.
+//! Files that are sent in parts that fit a message.
 
 use tonic::codegen::Bytes;
 
-/// Largest part of a file in one answer, in bytes: with what is around it, it
-/// fits the 4 MiB that gRPC clients accept where nothing else is said.
+/// Largest part of a file in one answer, bytes. With its message, it fits the 4 MiB that gRPC clients accept
+/// by default.
 const MAX_PART: u64 = (4 << 20) - (64 << 10);
 
-/// At most `max` bytes (0: as much as fits) from `offset`; `None` beyond the end.
-/// The file's bytes are shared and not copied.
+/// Returns at most `max` bytes (0: as many as fit) from `offset`; `None` beyond the end. The file's bytes are
+/// shared and not copied.
 pub(super) fn part(file: &Bytes, offset: u64, max: u64) -> Option<Bytes> {
     let first = usize::try_from(offset).ok()?;
     let rest = file.len().checked_sub(first)?;

@@ -1,4 +1,4 @@
-//! The body of an answer, which keeps something until it ends: a stream lasts.
+//! Body of an answer that holds a value until it ends, since a stream lasts.
 
 use std::pin::Pin;
 use std::task::{Context, Poll};
@@ -8,7 +8,7 @@ use tonic::Status;
 use tonic::body::Body;
 use tonic::codegen::Bytes;
 
-/// A body and what it keeps.
+/// A body and the held value.
 pub(super) struct Held<G> {
     body: Body,
     _kept: G,

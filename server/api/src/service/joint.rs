@@ -1,4 +1,4 @@
-//! The joint service: what joints are, what they do, what they are asked to do.
+//! The joint service: properties, states and targets of joints.
 
 use crate::service::status::OrStatus as _;
 use std::collections::BTreeSet;
@@ -29,7 +29,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -186,7 +186,7 @@ impl JointService for Service {
         let caller = request.extensions().get::<Caller>().cloned();
         let presented = Presented::of(request.extensions());
         let handle = self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
-        // Recorded by the layer around this.
+        // Recorded by the outer layer.
         let transport = request.extensions().get().copied().unwrap_or(Transport::Handle);
         let control = Control::new(handle, transport, caller, presented, request.into_inner());
         Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
@@ -200,7 +200,7 @@ impl JointService for Service {
         let timeout = from_proto_state::next_timeout(request.timeout)?;
         let all = request.selections.is_empty();
         let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
-        // A name that is not there is refused at once and not after a wait.
+        // An unknown name is refused at once and not after a wait.
         selection.resolve(&self.handle.newest().state.world).map_err(CallError::World).or_status()?;
         let wanted = sensor::beside(request.sensors)?;
         self.handle.readings_beside(&wanted).or_status()?;
@@ -252,7 +252,7 @@ impl JointService for Service {
     }
 }
 
-/// The end of the connection is not noticed.
+/// Returns the refusal of `until_disconnect` on a transport that does not notice the end of a connection.
 pub(super) fn no_connection() -> CallError {
     CallError::InvalidValue {
         element: "until_disconnect".into(),
@@ -263,15 +263,15 @@ pub(super) fn no_connection() -> CallError {
     }
 }
 
-/// One who watches at a rate. A state is looked up when the network asks for the
-/// next one; what the network holds by then is older.
+/// A watcher at a rate. A state is read when the network asks for the next one; states in the network's
+/// buffers are older.
 struct Watcher {
     handle: SimHandle,
     selection: Selection,
-    /// Whose newest readings go beside the states.
+    /// Sensors whose newest readings accompany the states.
     sensors: Vec<SensorSelection>,
     ticks: Interval,
-    /// Sequence of the last state that was sent.
+    /// Sequence of the last sent state.
     sent: u64,
 }
 
@@ -292,7 +292,7 @@ impl Watcher {
     }
 }
 
-/// The newest readings of sensors, as they go beside states.
+/// Returns the newest readings of sensors, for an answer with states.
 pub(super) fn readings_beside(
     handle: &SimHandle,
     sensors: &[SensorSelection],

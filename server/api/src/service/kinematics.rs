@@ -1,5 +1,5 @@
-//! The kinematics service: what follows from where a robot's joints are. All of it is
-//! computed from the published state, beside the physics thread.
+//! The kinematics service: everything that follows from joint positions. It is computed from the published
+//! state, outside of the physics thread.
 
 use crate::service::status::OrStatus as _;
 use glamx::DVec3;
@@ -26,13 +26,13 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
 }
 
-/// The index of a link of this name.
+/// Finds a link by name.
 pub(super) fn link_of(entity: &EntityLayout, link: &str) -> Result<usize, CallError> {
     let links = &entity.model.links;
     links.iter().position(|known| known.name == link).ok_or_else(|| {
@@ -44,7 +44,7 @@ pub(super) fn link_of(entity: &EntityLayout, link: &str) -> Result<usize, CallEr
     })
 }
 
-/// What joints resist with, by velocity.
+/// Returns the resistances of joints, by velocity.
 fn resistances(entity: &EntityLayout, joints: &[JointStatus]) -> Vec<Resistance> {
     let mut resistances = vec![Resistance::default(); entity.tree.velocity_count];
     for body in entity.tree.bodies.iter().filter(|body| body.joint_type.velocities() == 1) {
@@ -59,7 +59,7 @@ fn resistances(entity: &EntityLayout, joints: &[JointStatus]) -> Vec<Resistance>
     resistances
 }
 
-/// The axes of the joints of these names, or of all that take targets, with their limits.
+/// Returns the axes of the named joints, or of all that take targets, with their limits.
 fn movables(
     entity: &EntityLayout,
     joints: &[JointStatus],

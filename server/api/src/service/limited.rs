@@ -1,4 +1,4 @@
-//! Holds each client to its share, and says for whom a call works.
+//! Limits each client to its share, and sets the account of a call.
 
 pub use std::convert::Infallible;
 use std::future::ready;
@@ -25,11 +25,11 @@ use simd_world::unread_answers::{LARGE, Reader, Unread};
 /// A service whose clients have shares.
 #[derive(Clone, Debug)]
 pub struct Limited<S> {
-    /// What is called.
+    /// Wrapped service.
     pub service: S,
-    /// Where shares are counted.
+    /// World that counts shares.
     pub handle: SimHandle,
-    /// How calls come where their extensions do not say otherwise.
+    /// Transport of calls whose extensions name none.
     pub transport: Transport,
 }
 
@@ -67,7 +67,7 @@ where
 }
 
 impl<S> Limited<S> {
-    /// Counts a call, its stream where it is one, and an answer as large as the last ones of its method.
+    /// Counts a call, its stream if it is one, and an answer as large as the last ones of its method.
     fn admit(&self, reader: &Reader, method: Option<&'static Method>) -> Result<Admitted, CallError> {
         let handle = &self.handle;
         handle.count_call(&reader.account)?;
@@ -81,17 +81,17 @@ impl<S> Limited<S> {
     }
 }
 
-/// A call that may be made.
+/// An admitted call.
 struct Admitted {
     method: Option<&'static Method>,
     stream: Option<ClientStream>,
-    /// Whether the last answers of its method were.
+    /// Whether the last answers of its method were large.
     is_large: bool,
     unread: Unread,
 }
 
 impl Admitted {
-    /// The answer of a service, whose bytes count until its client has read them.
+    /// Returns the answer of a service. Its bytes count until its client has read them.
     async fn answer<F>(self, handle: &SimHandle, answer: F) -> Response<Body>
     where
         F: Future<Output = Result<Response<Body>, Infallible>> + Send + 'static,
@@ -121,10 +121,10 @@ impl Admitted {
     }
 }
 
-/// Whether a method makes its answer from what the daemon has, and waits for nothing.
+/// Returns whether a method answers from the daemon's present data, without waiting.
 fn is_read_at_once(method: &Method) -> bool {
     let name = method.path.rsplit('/').next().unwrap_or_default();
-    // These wait for work that is done apart anyway.
+    // These wait for work on other threads anyway.
     let waits = ["GetPicture", "GetMesh", "GetRecording", "GetMassMatrix", "GetJacobian"];
     (name.starts_with("List") || name.starts_with("Get")) && !waits.contains(&name)
 }
@@ -137,7 +137,7 @@ where
     Whole::of(response).await
 }
 
-/// Makes an answer where it holds up no other call.
+/// Encodes an answer where it delays no other call.
 async fn apart<F>(handle: &SimHandle, whole: F) -> Result<Whole, Status>
 where
     F: Future<Output = Result<Whole, Status>> + Send + 'static,
@@ -146,8 +146,8 @@ where
     made.unwrap_or_else(|refused| Err(Explained::from(&refused).into()))
 }
 
-/// Whose call it is: that of a token, whatever way it comes; else of the way. Over Zenoh, where a session need not say which
-/// it is, those of one name have one share, and those of none have one too.
+/// Returns the client that a call counts for: its token, otherwise its connection. Zenoh sessions need not
+/// identify themselves: sessions with the same name share one share, and so do sessions without a name.
 fn reader(request: &Request<Body>, transport: Transport) -> Reader {
     let connection = match request.extensions().get::<Peer>() {
         Some(Peer::Connection { number, .. }) => Some(*number),

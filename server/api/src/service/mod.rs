@@ -1,18 +1,19 @@
-//! The services of `simd.v1`, once for every transport: a request is parsed by `convert`, done by
-//! [`SimHandle`], and answered by `convert`.
+//! Services of `simd.v1`, once for every transport: `convert` parses a request, [`SimHandle`] executes it,
+//! and `convert` makes the answer.
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
-//!   [`constraint`], [`camera`], [`client`], [`recording`], [`rollout`], [`sensor`], [`view`]: one file a service.
-//! * [`authorization`]: who may call what.
-//! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
-//! * [`control`]: the stream that controllers use.
+//!   [`constraint`], [`camera`], [`client`], [`recording`], [`rollout`], [`sensor`], [`view`]: one file per
+//!   service.
+//! * [`authorization`]: rights of callers.
+//! * `counted`: numbers of calls. [`callers`]: callers. [`claims`]: the claim that a call acts for.
+//! * [`control`]: the stream for controllers.
 //! * [`limited`]: the share of each client.
-//! * `once`: requests that come more than once.
-//! * `spawning`: the stream of those who wait for a robot.
-//! * [`status`]: why a call is refused.
-//! * [`transport`]: reasons for what tonic itself refuses.
+//! * `once`: requests that arrive more than once.
+//! * `spawning`: the stream that reports a spawn's progress.
+//! * [`status`]: refusals of calls.
+//! * [`transport`]: reasons for tonic's own refusals.
 //! * [`unread`]: answers that clients have yet to read.
-//! * [`version`]: which clients are served.
+//! * [`version`]: supported versions of clients.
 
 pub mod authorization;
 pub mod callers;
@@ -78,10 +79,10 @@ use self::version::Versioned;
 use simd_world::SimHandle;
 use simd_world::handle::{CallError, Published, Transport};
 
-/// The answers of a stream.
+/// Answers of a stream.
 pub type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
-/// All services. Each front-end serves these to calls that come its way, and has no call of its own.
+/// Returns all services. Each front-end serves these and has no other methods.
 pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX);
     let checked = Checked { handle, transport };
@@ -124,14 +125,15 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     routes.into_axum_router().layer(counter).into()
 }
 
-/// What each service is wrapped in.
+/// Layers around each service.
 struct Checked<'h> {
     handle: &'h SimHandle,
     transport: Transport,
 }
 
 impl Checked<'_> {
-    /// For clients of a fitting version whose token allows the call, which are noted, and with a reason for each refusal.
+    /// Wraps a service with its layers: version check, authorization, reasons for refusals, limits, record of
+    /// callers.
     fn service<S>(&self, service: S) -> Versioned<Authorized<ExplainRefusals<Limited<RecordCaller<S>>>>> {
         let (handle, transport) = (self.handle.clone(), self.transport);
         let recorded = RecordCaller { service, handle: handle.clone(), transport };
@@ -140,17 +142,17 @@ impl Checked<'_> {
     }
 }
 
-/// A robot in a published state: all of one moment.
+/// A robot in one published state.
 struct PublishedRobot {
     state: Arc<Published>,
-    /// Of the robot in the state.
+    /// Index of the robot in the state.
     index: usize,
     layout: Arc<EntityLayout>,
-    /// One for each joint of the model, in its order.
+    /// Status of each joint of the model, in its order.
     joints: Vec<JointStatus>,
 }
 
-/// A robot in the newest published state.
+/// Returns a robot in the newest published state.
 fn joints_of(handle: &SimHandle, robot: &str) -> Result<PublishedRobot, CallError> {
     let state = handle.newest();
     let (index, layout) = entity::find(&state, robot)?;
@@ -159,7 +161,7 @@ fn joints_of(handle: &SimHandle, robot: &str) -> Result<PublishedRobot, CallErro
     Ok(PublishedRobot { state, index, layout, joints })
 }
 
-/// A command was answered with the answer to another one.
+/// Returns the error for a command that got another command's answer.
 fn mismatched<T>(what: &T) -> CallError
 where
     T: std::fmt::Debug,

@@ -1,7 +1,7 @@
-//! Requests that are done once, however often they come: the one place that reads a `request_id`.
+//! Requests that are executed once, however often they arrive: the only place that reads a `request_id`.
 //!
-//! The kind and the digest of a request come from its type and its bytes, and whose it is from what it came with, so
-//! that no method can forget one of them.
+//! The type and the bytes of a request give its kind and digest, and its extensions give its caller. So no
+//! method can forget one of them.
 
 use crate::service::status::OrStatus as _;
 use std::future::Future;
@@ -23,7 +23,7 @@ use simd_world::access::Grant;
 use simd_world::account::Account;
 use simd_world::handle::{CallError, Caller, IdentifiedRequest, Outcome, Peer, RobotNote, Scope};
 
-/// Why a request is refused: for what is in it, or for what became of it.
+/// Cause of a refusal: a field, or the execution.
 #[derive(Debug)]
 pub(super) enum Refused {
     Field(BadField),
@@ -63,9 +63,9 @@ impl From<Refused> for Status {
     }
 }
 
-/// Answers a request by `work`, or as the same request was answered before. Work for a request with an id runs to
-/// its end, also where its caller goes away. The handle that it gets acts for the claim that the request names. That a
-/// caller does not hold that claim is not the answer to the request, which another caller may have made.
+/// Answers a request by `work`, or repeats the answer to the same request. Work for a request with an id runs
+/// to its end, even if its caller disconnects. Its handle acts for the claim that the request names. A
+/// refused claim is not stored as the answer, since another caller may have made the request.
 pub(super) async fn once<M, A, W>(
     handle: &SimHandle,
     request: Request<M>,
@@ -79,7 +79,7 @@ where
     answer(handle, request, false, work).await
 }
 
-/// The same of an answer that is for one caller alone, also where another caller gives the same name.
+/// Like `once`, for answers private to one caller, even if another caller gives the same name.
 pub(super) async fn once_in_secret<M, A, W>(
     handle: &SimHandle,
     request: Request<M>,
@@ -106,7 +106,7 @@ where
 {
     let identified = identified(&request, is_secret).or_status()?;
     let claim = Presented::of(request.extensions()).claim(handle, request.get_ref().claim());
-    // Here and not by its commands alone: a retry that is answered from memory renews too.
+    // Renewed here and not only by its commands: a retry that is answered from memory renews it too.
     if let Ok(Some(claim)) = &claim {
         handle.renew(*claim);
     }
@@ -131,7 +131,7 @@ where
     }
 }
 
-/// What tells a request from every other; `None` for one without an id.
+/// Returns the identity of a request; `None` if it has no id.
 fn identified<M: Identified>(
     request: &Request<M>,
     is_secret: bool,
@@ -146,7 +146,7 @@ fn identified<M: Identified>(
         scope: scope(request.extensions(), peer)?,
         kind: M::NAME,
         id: id.to_owned(),
-        // Equal messages have equal bytes: maps are in order.
+        // Equal messages have equal bytes: maps are ordered.
         digest: Sha256::of(&message.encode_to_vec()),
         peer: peer.filter(|peer| peer.is_certain()).cloned(),
         is_secret,
@@ -171,7 +171,7 @@ fn outcome<A: Known>(done: Result<A, Refused>) -> Outcome {
         Ok(answer) => Outcome { bytes: Ok(answer.encode_to_vec().into()), is_transient: false },
         Err(refused) => {
             let is_transient = matches!(&refused, Refused::Call(error) if error.is_transient());
-            // Its details are the whole refusal, code and sentence included.
+            // The details contain the whole refusal, with code and sentence.
             let status = Status::from(refused);
             Outcome { bytes: Err(Bytes::copy_from_slice(status.details())), is_transient }
         }

@@ -1,4 +1,4 @@
-//! The parameter service: sliders and buttons that programs put up and people move.
+//! The parameter service: sliders and buttons that programs add and people move.
 
 use crate::service::status::OrStatus as _;
 use futures_util::stream;
@@ -20,7 +20,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -118,10 +118,10 @@ impl ParameterService for Service {
     }
 }
 
-/// One who watches. The list is looked up when the network asks for the next one.
+/// A watcher. The list is read when the network asks for the next one.
 struct Watcher {
     handle: SimHandle,
-    /// Version of the last list that was sent; 0 for none.
+    /// Version of the last sent list; 0 for none.
     sent: u64,
 }
 

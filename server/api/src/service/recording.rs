@@ -1,4 +1,4 @@
-//! The recording service: what happens, into files on the daemon's disk.
+//! The recording service: recordings of the world on the daemon's disk.
 
 use crate::service::status::OrStatus as _;
 use simd_core::Moment;
@@ -10,7 +10,7 @@ use crate::convert::from_proto::recording as from_proto;
 use crate::convert::to_proto::{recording as to_proto, stamp};
 use simd_world::SimHandle;
 
-/// Bytes of a part of a file, which has to fit into a message that every client takes.
+/// Maximum size of a part of a file, bytes. It fits into a message that every client accepts.
 const MAX_PART: u64 = 1 << 20;
 
 /// Serves `simd.v1.RecordingService`.
@@ -20,13 +20,13 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
 }
 
-/// A moment between two steps, with the newest state that was published by then.
+/// Returns a moment between two steps, with the newest state that was published by then.
 fn stamp_at(handle: &SimHandle, at: Moment) -> Option<v1::Stamp> {
     let newest = handle.newest();
     Some(stamp::stamp(at, Some(newest.wall_time), newest.sequence))

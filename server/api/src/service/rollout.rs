@@ -1,5 +1,5 @@
-//! The rollout service: copies of the world that run on, as a stream that says how far they are, and ends with what they
-//! came to.
+//! The rollout service: runs copies of the world, as a stream that reports progress and ends with the
+//! results.
 
 use crate::service::status::OrStatus as _;
 use std::sync::atomic::Ordering;
@@ -22,11 +22,12 @@ use simd_world::SimHandle;
 use simd_world::account::Account;
 use simd_world::handle::{CallError, CopiesDone, RolloutAnswer, RolloutFrom};
 
-/// Time between two words on how far a rollout is.
+/// Time between two progress reports.
 const PROGRESS: Duration = Duration::from_millis(250);
-/// Bytes of one part of an array. A client that keeps 256 messages that it has not read keeps all parts of the largest answer.
+/// Size of one part of an array, bytes. A client that buffers 256 unread messages can hold all parts of the
+/// largest answer.
 const PART: usize = 1 << 20;
-/// An answer of which nothing is read for so long is dropped.
+/// An answer is dropped if no part of it is read for this time.
 const UNREAD: Duration = Duration::from_secs(60);
 
 /// Serves `simd.v1.RolloutService`.
@@ -36,7 +37,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -57,8 +58,8 @@ impl RolloutService for Service {
         };
         let (copies, done) = (request.copies, CopiesDone::default());
         let (handle, of_work) = (self.handle.clone(), Arc::clone(&done));
-        // A task of its own, since a stream whose client does not read is not polled: a rollout that stood still would keep its place
-        // from all others. A task does not know by itself whose call it is.
+        // A separate task: a stream is not polled while its client does not read, and a stopped rollout would
+        // block all others. A task does not inherit the account of its call.
         let work = Account::current().scope(async move {
             let answer = handle.rollout(from, request, of_work).await?;
             Ok::<_, CallError>((result(&answer), Parts::of(answer)))
@@ -69,10 +70,10 @@ impl RolloutService for Service {
     }
 }
 
-/// What a rollout comes to; it ends where this is dropped.
+/// Result of a rollout; dropping this cancels it.
 type Work = AbortOnDropHandle<Result<(v1::RolloutResult, Parts), CallError>>;
 
-/// Where a stream is.
+/// Stage of a stream.
 enum Stage {
     Computing { work: Work, done: CopiesDone, copies: usize },
     Giving(Parts),
@@ -106,13 +107,13 @@ impl Stage {
     }
 }
 
-/// The arrays of an answer, part by part.
+/// Arrays of an answer, part by part.
 struct Parts {
     pending: Arc<Mutex<PendingAnswer>>,
     /// Index in [`ARRAYS`].
     array: usize,
     batch: usize,
-    /// Numbers of the batch that were given.
+    /// Number of sent values of the batch.
     given: usize,
     tidy: AbortHandle,
 }
@@ -123,7 +124,7 @@ impl Drop for Parts {
     }
 }
 
-/// An answer, as long as someone reads it.
+/// An answer, kept while it is read.
 struct PendingAnswer {
     answer: Option<RolloutAnswer>,
     read: Instant,
@@ -133,7 +134,7 @@ fn lock(pending: &Mutex<PendingAnswer>) -> MutexGuard<'_, PendingAnswer> {
     pending.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Drops an answer of which nothing is read any more.
+/// Drops an answer that is no longer read.
 async fn tidy(pending: Weak<Mutex<PendingAnswer>>) {
     loop {
         tokio::time::sleep(UNREAD).await;
@@ -153,7 +154,7 @@ impl Parts {
         Self { pending, array: 0, batch: 0, given: 0, tidy }
     }
 
-    /// The next part; none where all were given.
+    /// Returns the next part; `None` after the last one.
     fn next(&mut self) -> Result<Option<v1::RolloutPart>, Status> {
         let mut pending = lock(&self.pending);
         pending.read = Instant::now();
@@ -201,7 +202,7 @@ mod tests {
         let service = Service::new(paused());
         let small = || Request::new(v1::RolloutRequest { copies: 2, steps: 5, ..Default::default() });
         let mut unread = Vec::new();
-        // As many as are computed at a time, each asked once, and then not again.
+        // As many streams as run in parallel; each is polled once and then no more.
         for _ in 0..2 {
             let mut stream = service.rollout(small()).await.unwrap().into_inner();
             poll_fn(|context| {

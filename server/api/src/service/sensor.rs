@@ -1,4 +1,4 @@
-//! The sensor service: what robots feel and see.
+//! The sensor service: sensors and their readings.
 
 use crate::service::status::OrStatus as _;
 use std::time::Duration;
@@ -16,7 +16,7 @@ use crate::convert::to_proto::{sensor as to_proto, stamp};
 use simd_world::SimHandle;
 use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor, SensorReadings};
 
-/// How long a watcher waits before it asks again; it never learns of it.
+/// Longest wait of one look for readings; a watcher does not notice it.
 const WAIT: Duration = Duration::from_secs(60);
 
 /// Serves `simd.v1.SensorService`.
@@ -26,7 +26,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -118,7 +118,7 @@ impl SensorService for Service {
     }
 }
 
-/// A command's fields are those of the request's `sensor`.
+/// Renames a field of the command to its field in the request's `sensor`.
 fn within_sensor(error: CallError) -> CallError {
     match error {
         CallError::World(Error::InvalidValue { element, of, value, expected }) => {
@@ -129,8 +129,8 @@ fn within_sensor(error: CallError) -> CallError {
     }
 }
 
-/// One who watches. Readings are looked up when the network asks for the next message, so that what a slow reader has
-/// not read lies in the daemon's log alone.
+/// A watcher. Readings are fetched when the network asks for the next message, so unread readings of a slow
+/// reader are only in the daemon's log.
 struct Watcher {
     handle: SimHandle,
     cursors: Vec<SensorCursor>,

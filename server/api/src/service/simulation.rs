@@ -1,4 +1,4 @@
-//! The simulation service: the world, its time, whether it runs, how it is stepped.
+//! The simulation service: the world's state, time and steps.
 
 use crate::service::status::OrStatus as _;
 use std::collections::BTreeSet;
@@ -24,7 +24,7 @@ use simd_world::SimHandle;
 use simd_world::access::Grant;
 use simd_world::handle::{Caller, Disconnect};
 
-/// How long the answer to a step waits for ranges of its state.
+/// Longest wait of the answer to a step for range readings of its state.
 const WAIT_FOR_RANGES: Duration = Duration::from_secs(1);
 
 /// Serves `simd.v1.SimulationService`.
@@ -34,7 +34,7 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
@@ -89,7 +89,7 @@ impl SimulationService for Service {
             if let Some(targets) = &mut targets {
                 targets.source = Some(handle.target_source(caller.as_ref()));
             }
-            // Nothing is done where its answer cannot be given.
+            // No step is made if its answer cannot be given.
             if let Some(selection) = &mut selection {
                 selection.resolve(&handle.newest().state.world)?;
             }
@@ -223,7 +223,7 @@ impl SimulationService for Service {
         may_take_over(&request, request.get_ref().take_over, "SaveState")?;
         once(&self.handle, request, |handle, request| async move {
             let handle = handle.taking_over(request.take_over);
-            // The world makes up a name where none is given, so that two callers never get the same.
+            // The world chooses a name if none is given, so two callers never get the same one.
             let name = from_proto::new_saved_state_name(request.name)?.unwrap_or_default();
             match handle.command(Command::SaveState { name }).await?.applied.reply {
                 Reply::SavedState(info) => {

@@ -1,4 +1,4 @@
-//! `SpawnEntityWithProgress`: a stream that says how far a robot is, and ends with the robot.
+//! `SpawnEntityWithProgress`: a stream that reports a robot's progress, and ends with the robot.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -15,15 +15,15 @@ use simd_world::loading::Progress;
 type Answer = v1::SpawnEntityWithProgressResponse;
 type Work = Pin<Box<dyn Future<Output = Result<v1::SpawnEntityResponse, Status>> + Send>>;
 
-/// Where a stream is.
+/// State of a stream.
 struct Waiting {
     work: Work,
     heard: watch::Receiver<Progress>,
-    /// No sender is left.
+    /// Whether the sender of progress was dropped.
     is_silent: bool,
 }
 
-/// What `heard` says, as often as the network takes it, and what `work` gives at last.
+/// Streams the reports of `heard`, as often as the network takes them, then the result of `work`.
 pub(super) fn spawning(
     work: impl Future<Output = Result<v1::SpawnEntityResponse, Status>> + Send + 'static,
     heard: watch::Receiver<Progress>,

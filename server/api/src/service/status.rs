@@ -1,5 +1,5 @@
-//! Why a call is refused, as `error.proto` has it: one exhaustive map from every
-//! error to its reason, and from every reason to its code.
+//! Refusals of calls, as `error.proto` defines them: one exhaustive map from every error to its reason, and
+//! from every reason to its code.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -20,23 +20,23 @@ const MAX_VALUE: usize = 200;
 /// A refusal, on its way to a `Status` or to a `Refusal` in a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explained {
-    /// What programs act on.
+    /// Reason that programs act on.
     pub reason: ErrorReason,
-    /// A sentence for people.
+    /// Sentence for people.
     pub message: String,
-    /// As `error.proto` says for each reason.
+    /// Metadata that `error.proto` defines for each reason.
     pub metadata: BTreeMap<&'static str, String>,
-    /// The field that is to blame, and what is wrong with it.
+    /// Refused field, and its fault.
     pub field: Option<(String, String)>,
 }
 
 impl Explained {
-    /// A refusal that has nothing but a reason and a sentence.
+    /// Makes a refusal with only a reason and a sentence.
     pub fn new(reason: ErrorReason, message: impl ToString) -> Self {
         Self { reason, message: message.to_string(), metadata: BTreeMap::new(), field: None }
     }
 
-    /// As calls are counted by: its code, and its reason without the prefix.
+    /// Returns the code and the reason without its prefix, for counters.
     pub fn how(&self) -> (i32, &'static str) {
         (code(self.reason).into(), without_prefix(self.reason.as_str_name(), "ERROR_REASON_"))
     }
@@ -55,7 +55,7 @@ impl Explained {
         self
     }
 
-    /// Client and daemon do not understand each other.
+    /// Refuses a client of an unsupported version.
     pub fn version_mismatch(client: ApiVersion, daemon: ApiVersion) -> Self {
         let remedy = if client > daemon {
             "the daemon is older: update the daemon"
@@ -67,7 +67,7 @@ impl Explained {
     }
 }
 
-/// The canonical code of a reason.
+/// Returns the canonical code of a reason.
 fn code(reason: ErrorReason) -> Code {
     match reason {
         ErrorReason::RobotNotFound
@@ -200,7 +200,7 @@ impl From<&simd_core::Error> for Explained {
             Error::WrongCount { element, has, needs } => {
                 new(ErrorReason::InvalidValue).described(element, &format!("has {has}, and needs {needs}"))
             }
-            // Programs act on the reason and the metadata, which are the same in whichever field a name stands.
+            // Programs act on the reason and the metadata, which do not depend on the field of a name.
             Error::InField { field, error: cause } => {
                 let of_cause = Self::from(&**cause);
                 Self { message: error.to_string(), ..of_cause }.described(field, &cause.to_string())
@@ -297,7 +297,7 @@ fn without_prefix<'a>(name: &'a str, prefix: &str) -> &'a str {
     name.strip_prefix(prefix).unwrap_or(name)
 }
 
-/// Text of at most so many bytes; what is longer ends in an ellipsis.
+/// Returns text of at most `bytes` bytes; longer text ends in an ellipsis.
 fn clip(text: &str, bytes: usize) -> String {
     if text.len() <= bytes {
         return text.to_owned();

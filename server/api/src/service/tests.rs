@@ -1,5 +1,5 @@
-//! Services without a network: what is only read does not wait for the physics thread, and what a caller may not
-//! do is not remembered as the answer to a request.
+//! Services without a network. Read methods do not wait for the physics thread, and refused claims are not
+//! remembered as the answer to a request.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -29,7 +29,7 @@ use simd_world::driver::{self, Config};
 use simd_world::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use simd_world::loading::Loader;
 
-/// Methods that change something. What is in neither list fails the test.
+/// Methods that change something. A method in neither list fails the test.
 const WRITES: [&str; 49] = [
     "AddParameter",
     "ApplyLinkWrench",
@@ -67,26 +67,26 @@ const WRITES: [&str; 49] = [
     "SpawnEntityWithProgress",
     "StepSimulation",
     "UploadAsset",
-    // Of what is drawn, and not of the world.
+    // Changes of drawings, not of the world.
     "AddMarkers",
     "DeleteMarkers",
     "ReportView",
     "SetCamera",
     "SetLinkColors",
-    // Of pictures, and not of the world.
+    // Changes of pictures, not of the world.
     "PutPicture",
-    // Of files.
+    // Changes of files.
     "DeleteRecording",
     "StartRecording",
     "StopRecording",
     "PrepareDescription",
     "ExpandXacro",
     "ValidateDescription",
-    // Reads, and needs more of the world than is published: the physics thread is asked for it.
+    // A read that needs more of the world than is published: it asks the physics thread.
     "Rollout",
 ];
 
-/// Requests of methods that are only read, by name.
+/// Returns requests of read methods, by name.
 fn reads() -> BTreeMap<&'static str, Vec<u8>> {
     let robot = || "left".to_owned();
     let point = |x: f64, z: f64| Some(v1::Vector3 { x, y: 0.0, z });
@@ -199,7 +199,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
     ])
 }
 
-/// From the origin along -z, a right angle wide.
+/// Returns a view from the origin along -z, with a right angle.
 fn taken() -> v1::TakePictureRequest {
     let (mut view, mut projection) = (vec![0.0; 16], vec![0.0; 16]);
     for index in [0, 5, 10, 15] {
@@ -266,25 +266,25 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
             let request = Request::new(stream::iter([Bytes::from(request)]));
             let path = PathAndQuery::from_static(&method.path);
             let mut answers = services.streaming(request, path, RawCodec).await?.into_inner();
-            // There is nothing to watch yet but the first of each.
+            // Only the first message can be watched so far.
             if matches!(name, "WatchEvents" | "WatchSensorReadings") {
                 Ok(None)
             } else {
                 answers.message().await
             }
         };
-        // Beyond any time that an answer takes: who waits for the physics thread waits for ever.
+        // Longer than any answer takes: a call that waits for the physics thread would never end.
         let answer = tokio::time::timeout(Duration::from_secs(60), call).await;
         let answer = answer.unwrap_or_else(|_| panic!("{name} waits for the physics thread"));
         match answer {
             Ok(_) => {}
-            // The robots were made without a description, which is found out from the saved state.
+            // The robots were made without a description, which the export reports.
             Err(status) if name == "ExportSavedState" => {
                 assert!(status.message().contains("test arm"), "{status}")
             }
-            // There is no folder for them.
+            // No folder is set for recordings.
             Err(status) if name.contains("Recording") => assert_eq!(status.code(), Code::FailedPrecondition),
-            // No renderer is there, or the one that was there for NextPicture does not draw.
+            // No renderer exists, or the only one called NextPicture and does not draw.
             Err(status) if name.ends_with("Picture") => {
                 assert!(matches!(status.code(), Code::FailedPrecondition | Code::Aborted), "{status}")
             }
@@ -301,7 +301,8 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
     handle.driver_ended().cancelled().await;
 }
 
-/// Over Zenoh any session can read a request and send it again under the same name, also before the one who made it.
+/// Over Zenoh any session can read a request and send it again under the same name, even before its author
+/// does.
 #[tokio::test]
 async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() {
     let config = Config { state: RunState::Paused, ..Config::default() };
@@ -337,7 +338,7 @@ async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() 
         assert!(service.set_joint_targets(named(unproven, message(id))).await.is_err());
         let set = service.set_joint_targets(named(Proven::Claim(claim), message(id))).await;
         let stamp = set.unwrap_or_else(|status| panic!("{unproven:?} was remembered: {status}")).into_inner();
-        // And the answer to it is given again, whatever is proven by then.
+        // The answer is repeated, whatever is proven by then.
         let again = service.set_joint_targets(named(unproven, message(id))).await.unwrap().into_inner();
         assert_eq!(again, stamp);
     }

@@ -1,6 +1,6 @@
-//! Gives a reason to what tonic itself refuses before a service sees it, so that
-//! clients find one on every refusal: too long a message, bytes that are no
-//! message, a method that this daemon does not have.
+//! Adds a reason to refusals that tonic itself makes before a service sees the call, so that clients find one
+//! on every refusal. Examples are a message that is too long, bytes that are no message, and an unknown
+//! method.
 
 use std::convert::Infallible;
 use std::pin::Pin;
@@ -43,7 +43,7 @@ where
     }
 }
 
-/// The answer of a [`ExplainRefusals`] service.
+/// Answer of an [`ExplainRefusals`] service.
 #[derive(Debug)]
 pub struct Answer<F>(F);
 
@@ -55,7 +55,7 @@ where
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         Pin::new(&mut self.0).poll(context).map_ok(|response| {
-            // Only a refusal has its status in the headers; else it comes after the answer.
+            // Only a refusal has its status in the headers; other answers have it after the answer.
             match Status::from_header_map(response.headers()) {
                 Some(status) if status.details().is_empty() => with_reason(status).into_http(),
                 Some(_) | None => response,
@@ -64,18 +64,18 @@ where
     }
 }
 
-/// A status of tonic's own with what clients expect of every refusal.
+/// Adds the details that clients expect of every refusal to a status of tonic.
 pub fn with_reason(status: Status) -> Status {
     if !status.details().is_empty() {
         return status;
     }
-    // Tonic says nothing where the method is unknown.
+    // Tonic gives no message for an unknown method.
     let because = |sentence: &str| match status.message() {
         "" => sentence.to_owned(),
         message => format!("{sentence}: {message}"),
     };
     match status.code() {
-        // In tonic's words, also where the caller went away: nothing was refused.
+        // Tonic uses these words also if the caller disconnected: nothing was refused.
         Code::Internal if status.message() == "Missing request message." => {
             Status::cancelled("the request ended before its message")
         }
@@ -95,7 +95,7 @@ pub fn with_reason(status: Status) -> Status {
             let message = because("this daemon has no such method, or reads no such encoding");
             Explained::new(ErrorReason::NotSupported, message).into()
         }
-        // The connection or the caller ended: it is not read.
+        // The connection or the caller ended, so this is not read.
         Code::Ok
         | Code::Cancelled
         | Code::DeadlineExceeded
@@ -110,7 +110,7 @@ pub fn with_reason(status: Status) -> Status {
     }
 }
 
-/// A status with its details, as `google.rpc.Status`: what gRPC has in its trailers.
+/// Returns a status with its details, as `google.rpc.Status`: the content of gRPC's trailers.
 pub fn in_full(status: &Status) -> Vec<u8> {
     match pb::Status::decode(status.details()) {
         Ok(whole) if !whole.details.is_empty() => status.details().to_vec(),

@@ -1,7 +1,7 @@
 //! Bodies of answers whose bytes count until their client has read them.
 //!
-//! An answer is encoded at once, and apart from other calls where it is large, so that its size is known before a transport has
-//! it. A stream is counted message by message, as its client makes room for them.
+//! An answer is encoded at once, apart from other calls if it is large, so that its size is known before a
+//! transport has it. A stream is counted message by message, as its client makes room for them.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -22,35 +22,35 @@ use super::status::Explained;
 use simd_world::handle::CallError;
 use simd_world::unread_answers::{CALL, Unread, counted};
 
-/// What an answer holds: with the extensions of its response, for a transport that copies its frames.
+/// Count of an answer's bytes, in the extensions of its response, for a transport that copies its frames.
 #[derive(Clone, Debug)]
 pub struct Holding(Arc<Unread>);
 
 impl Holding {
-    /// Counts a message of a stream for as long as it is on its way.
+    /// Counts a message of a stream until it is delivered.
     ///
     /// # Errors
-    /// Returns an error if the client has yet to read too much.
+    /// Returns an error if the client has more unread bytes than permitted.
     pub fn another(&self, bytes: usize) -> Result<Unread, CallError> {
         self.0.another(bytes as u64)
     }
 }
 
-/// A field of an answer that is sent from where the daemon has it, and not copied: with the extensions of its response. The
-/// message has the field empty.
+/// Field of an answer that is sent from the daemon's own memory without a copy, in the extensions of its
+/// response. The field of the message is empty.
 #[derive(Clone, Debug)]
 pub(super) struct Attachment {
-    /// The number of the field, whose type is `bytes`.
+    /// Number of the field, whose type is `bytes`.
     pub(super) field: u32,
     pub(super) bytes: Bytes,
 }
 
-/// The answer of a method that gives one, encoded, and not yet counted.
+/// Encoded answer of a unary method, not counted yet.
 pub(super) struct Whole {
     response: Response<()>,
     frames: VecDeque<Bytes>,
     trailers: Option<HeaderMap>,
-    /// Bytes that were made for it alone.
+    /// Bytes that were allocated for it.
     encoded: u64,
 }
 
@@ -74,17 +74,17 @@ impl Whole {
         Ok(Self { response: Response::from_parts(parts, ()), frames, trailers, encoded })
     }
 
-    /// Bytes of the answer.
+    /// Returns the size of the answer, bytes.
     pub(super) fn bytes(&self) -> u64 {
         total(&self.frames)
     }
 
-    /// Bytes that were made for it, without those that the daemon has anyway.
+    /// Returns the bytes that were allocated for it, without shared ones.
     pub(super) fn encoded_bytes(&self) -> u64 {
         self.encoded
     }
 
-    /// The answer, whose bytes count there until the last of them is sent.
+    /// Returns the answer. Its bytes count in `unread` until the last of them is sent.
     pub(super) fn into_response(self, unread: Unread) -> Response<Body> {
         let Self { mut response, frames, trailers, encoded: _ } = self;
         let unread = Arc::new(unread);
@@ -98,13 +98,13 @@ fn total(frames: &VecDeque<Bytes>) -> u64 {
     frames.iter().map(|frame| frame.len() as u64).sum()
 }
 
-/// Puts a field at the end of the message that the frames are.
+/// Appends a field to the message in the frames.
 fn attach(frames: &mut VecDeque<Bytes>, Attachment { field, bytes }: Attachment) {
     if bytes.is_empty() {
         return;
     }
     let Some(first) = frames.pop_front() else { return };
-    // A flag, and the length of the message in four bytes.
+    // The message begins with a flag, and its length in four bytes.
     let Some((&[flag, ..], message)) = first.split_first_chunk::<5>() else { return };
     let mut head = Vec::with_capacity(first.len() + 16);
     let mut key = Vec::new();
@@ -119,7 +119,7 @@ fn attach(frames: &mut VecDeque<Bytes>, Attachment { field, bytes }: Attachment)
     frames.push_front(head.into());
 }
 
-/// The body of an encoded answer.
+/// Body of an encoded answer.
 struct Frames {
     frames: VecDeque<Bytes>,
     trailers: Option<HeaderMap>,
@@ -146,29 +146,30 @@ impl http_body::Body for Frames {
     }
 }
 
-/// A body whose frames count one by one. Where its client has yet to read too much it ends with a refusal.
+/// Body whose frames count one by one. It ends with a refusal if its client has more unread bytes than
+/// permitted.
 pub struct Flowing<B> {
     body: B,
     unread: Arc<Unread>,
-    /// The bytes of all frames are in `unread`.
+    /// Whether the bytes of all frames are already in `unread`.
     is_counted: bool,
     is_over: bool,
 }
 
 impl<B> Flowing<B> {
-    /// The call counts there already.
+    /// Makes a body whose frames are still to be counted; `unread` already counts the call.
     pub fn new(body: B, unread: Unread) -> Self {
         Self { body, unread: Arc::new(unread), is_counted: false, is_over: false }
     }
 
-    /// The call counts there already, with all of its bytes.
+    /// Makes a body whose frames are already counted; `unread` has all bytes of the call.
     pub fn of_known_size(body: B, unread: Unread) -> Self {
         Self { is_counted: true, ..Self::new(body, unread) }
     }
 }
 
 impl Flowing<Body> {
-    /// An answer whose messages count, and which keeps something until it ends.
+    /// Returns an answer whose messages count, and which holds a value until it ends.
     pub(super) fn response<G: Send + Unpin + 'static>(
         mut answer: Response<Body>,
         unread: Unread,
@@ -226,7 +227,7 @@ where
     }
 }
 
-/// The count of a call with an answer of so many bytes.
+/// Returns the count of a call whose answer has this many bytes.
 pub(super) fn weight(answer: u64) -> u64 {
     CALL + answer
 }

@@ -15,10 +15,10 @@ use tonic::server::NamedService;
 use super::status::Explained;
 use crate::convert::field::Path;
 
-/// Answers clients of any version, so that they can find out which side is older.
+/// Method for clients of any version, so that they can find out which side is older.
 const FOR_ALL: &str = "/simd.v1.SimulationService/GetSimulatorInfo";
 
-/// A service that only clients of a fitting version reach.
+/// A service that only clients of a supported version reach.
 #[derive(Clone, Debug)]
 pub struct Versioned<S>(pub S);
 
@@ -49,10 +49,10 @@ where
     }
 }
 
-/// The answer of a [`Versioned`] service.
+/// Answer of a [`Versioned`] service.
 #[derive(Debug)]
 pub enum Checked<F> {
-    /// That of the service.
+    /// The service answers.
     Passed(F),
     /// A refusal.
     Refused(Ready<Result<Response<Body>, Infallible>>),
@@ -72,7 +72,7 @@ where
     }
 }
 
-/// Whether a client is served: one that says no version is.
+/// Accepts a supported version; a client without a version is accepted too.
 pub fn check(headers: &HeaderMap) -> Result<(), Status> {
     let Some(said) = headers.get(API_VERSION_HEADER) else {
         return Ok(());
@@ -89,7 +89,7 @@ pub fn check(headers: &HeaderMap) -> Result<(), Status> {
     }
 }
 
-/// Within a major version, older clients are served.
+/// Returns whether the daemon serves the client's version. Within a major version, it serves older clients.
 fn serves(daemon: ApiVersion, client: ApiVersion) -> bool {
     client.major == daemon.major && client.minor <= daemon.minor
 }

@@ -1,4 +1,4 @@
-//! The view service: what programs draw in pages, where cameras are, and what people do there with keys and mouse.
+//! The view service: drawings of programs in pages, cameras of pages, and input from keyboard and mouse.
 
 use crate::service::status::OrStatus as _;
 use simd_proto::v1::{self, view_service_server::ViewService};
@@ -20,13 +20,13 @@ pub struct Service {
 }
 
 impl Service {
-    /// Serves what a handle leads to.
+    /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
 }
 
-/// Pages are distinguished by their names.
+/// Returns the refusal of a page without a name, since pages are distinguished by their names.
 fn no_name() -> CallError {
     CallError::InvalidValue {
         element: "the client's name".into(),

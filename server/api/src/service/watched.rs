@@ -1,4 +1,4 @@
-//! A body of an answer that says how its stream ended.
+//! Body of an answer that reports how its stream ended.
 
 use std::pin::Pin;
 use std::task::{Context, Poll};
@@ -9,14 +9,15 @@ use tonic::body::Body;
 use tonic::codegen::Bytes;
 use tonic::codegen::http::Response;
 
-/// A body, and what is called with each status that its stream ends with.
+/// A body, and the function that gets each status at the end of its stream.
 struct Watched<F> {
     body: Body,
     ended: F,
 }
 
-/// The same answer. `ended` is called with the status in its trailers, with the error that breaks it off, and with OK where it ends
-/// without either; so more than once where its reader reads on after the end.
+/// Returns the same answer. `ended` is called with the status in its trailers, with an error that interrupts
+/// it, or with OK if it ends without either. It is called more than once if the reader continues after the
+/// end.
 pub(super) fn watched<F>(answer: Response<Body>, ended: F) -> Response<Body>
 where
     F: FnMut(&Status) + Send + Unpin + 'static,

@@ -11,50 +11,50 @@ use super::geometry::finite_vector;
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::{BadMatrix, Drawn, Lens, Light, MOST_PIXELS, PictureView, Plane, Planes};
 
-/// Seconds that a picture is waited for where nothing is said.
+/// Default time limit of a picture, seconds.
 const PICTURE: f64 = 10.0;
-/// Bytes of a renderer's name.
+/// Maximum length of a renderer's name, bytes.
 const NAME: usize = 128;
-/// Bytes of the sentence that says why there is no picture.
+/// Maximum length of the sentence that explains a missing picture, bytes.
 const SENTENCE: usize = 500;
 
-/// A picture of a robot's camera.
+/// Request for a picture of a robot's camera.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// Whose camera it is.
+    /// Robot of the camera.
     pub robot: String,
-    /// Empty: its only one.
+    /// Name of the camera; if empty, the robot's only one.
     pub sensor: String,
-    /// Of when.
+    /// Moment of the picture.
     pub moment: Moment,
-    /// How long it is waited for.
+    /// Longest wait.
     pub timeout: Duration,
 }
 
-/// Of when a picture is.
+/// Moment of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
-    /// Of the newest state or a later one.
+    /// The newest state, or a later one.
     Present,
-    /// Of the camera's own rate.
+    /// Next picture at the camera's own rate.
     Next {
-        /// The number of the one before.
+        /// Sequence of the picture before it.
         after: u64,
     },
 }
 
-/// What a renderer drew.
+/// Result of a renderer.
 #[derive(Clone, Debug)]
 pub struct Put {
-    /// Of the task.
+    /// Id of the task.
     pub id: u64,
-    /// Of the renderer.
+    /// Name of the renderer.
     pub renderer: String,
-    /// The picture, or why there is none.
+    /// Picture, or the reason why there is none.
     pub drawn: Result<Drawn, String>,
 }
 
-/// A picture of a robot's camera.
+/// Parses a request for a picture of a robot's camera.
 pub fn wanted(request: v1::GetPictureRequest) -> Result<Wanted, BadField> {
     let v1::GetPictureRequest { robot, sensor, moment, after_sequence, timeout } = request;
     let moment = match Path::ROOT.field("moment").known(moment)? {
@@ -69,7 +69,7 @@ pub fn wanted(request: v1::GetPictureRequest) -> Result<Wanted, BadField> {
     })
 }
 
-/// A picture from any point of view, and how long it is waited for.
+/// Parses a request for a picture from any point of view; also returns its time limit.
 pub fn view(request: v1::TakePictureRequest) -> Result<(PictureView, Duration), BadField> {
     let v1::TakePictureRequest { view, projection, width, height, planes, light, background, timeout } =
         request;
@@ -144,7 +144,7 @@ fn light(given: Option<v1::PictureLight>) -> Result<Light, BadField> {
     })
 }
 
-/// Who asks for work, and how long it waits for it.
+/// Returns the name of a renderer that asks for work, and its longest wait.
 pub fn renderer(request: v1::NextPictureRequest) -> Result<(String, Duration), BadField> {
     let v1::NextPictureRequest { renderer, timeout } = request;
     Ok((name(renderer)?, Path::ROOT.field("timeout").seconds(timeout, 0.0..=60.0, 0.0)?))
@@ -158,7 +158,7 @@ fn name(renderer: String) -> Result<String, BadField> {
     Err(Path::ROOT.field("renderer").refuse(format_args!("{} bytes long", renderer.len()), expected))
 }
 
-/// What was drawn.
+/// Parses the result of a renderer.
 pub fn put(request: v1::PutPictureRequest) -> Result<Put, BadField> {
     let v1::PutPictureRequest { id, renderer, color, depth, segmentation, error } = request;
     let renderer = name(renderer)?;
@@ -184,7 +184,7 @@ fn plane(name: &str, given: Option<v1::PicturePlane>) -> Result<Option<Plane>, B
     Ok(Some(Plane { is_zlib, data: data.into() }))
 }
 
-/// The mesh that is asked for.
+/// Returns the digest of the requested mesh.
 pub fn mesh(request: &v1::GetMeshRequest) -> Result<Sha256, BadField> {
     sha256(&Path::ROOT.field("sha256"), &request.sha256)
 }

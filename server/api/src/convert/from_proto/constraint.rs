@@ -7,18 +7,18 @@ use simd_proto::v1::{self, ConstraintKind};
 use super::geometry;
 use crate::convert::field::{BadField, Path};
 
-/// The robot whose constraints are asked for, or `None` for those of all.
+/// Returns the robot whose constraints are requested, or `None` for all robots.
 pub fn only(request: v1::ListConstraintsRequest) -> Result<Option<String>, BadField> {
     let robot = Path::ROOT.field("robot").short(request.robot)?;
     Ok((!robot.is_empty()).then_some(robot))
 }
 
-/// Of a constraint that there may be.
+/// Accepts the name of a constraint.
 pub fn name(name: String) -> Result<String, BadField> {
     Path::ROOT.field("name").name(name)
 }
 
-/// A constraint to make.
+/// Parses a constraint to create.
 pub fn create(request: v1::CreateConstraintRequest) -> Result<CreateConstraint, BadField> {
     let v1::CreateConstraintRequest {
         name,
@@ -69,7 +69,7 @@ pub fn create(request: v1::CreateConstraintRequest) -> Result<CreateConstraint, 
     })
 }
 
-/// New settings of a constraint.
+/// Parses new settings of a constraint.
 pub fn change(request: v1::ChangeConstraintRequest) -> Result<ChangeConstraint, BadField> {
     let v1::ChangeConstraintRequest {
         name,

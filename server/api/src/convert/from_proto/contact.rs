@@ -8,13 +8,13 @@ use simd_proto::v1;
 use super::geometry::vector;
 use crate::convert::field::{BadField, Path};
 
-/// The robot whose contacts are asked for, or `None` for those of all.
+/// Returns the robot whose contacts are requested, or `None` for all robots.
 pub fn contacts(request: v1::GetContactsRequest) -> Result<Option<String>, BadField> {
     let robot = Path::ROOT.field("robot").short(request.robot)?;
     Ok((!robot.is_empty()).then_some(robot))
 }
 
-/// Straight lines between two points, world.
+/// Parses line segments between two points, world axes.
 pub fn rays(rays: Vec<v1::Ray>) -> Result<Vec<[DVec3; 2]>, BadField> {
     let ray = |(index, ray): (usize, v1::Ray)| {
         let at = Path::ROOT.item("rays", index);
@@ -24,7 +24,7 @@ pub fn rays(rays: Vec<v1::Ray>) -> Result<Vec<[DVec3; 2]>, BadField> {
     rays.into_iter().enumerate().map(ray).collect()
 }
 
-/// New surfaces of links; an empty name means all.
+/// Parses new surfaces of links; an empty name means all links.
 pub fn link_properties(
     at: &Path<'_>,
     list: &str,

@@ -1,4 +1,4 @@
-//! Requests of the entity service: descriptions, robots, where they are, wrenches on links.
+//! Requests of the entity service: descriptions, robots, poses of robots, wrenches on links.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ use super::{geometry, primitive};
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::{Source, SpawnRequest};
 
-/// A digest as text.
+/// Parses a digest from its text.
 pub fn sha256(at: &Path<'_>, text: &str) -> Result<Sha256, BadField> {
     Sha256::parse(text).ok_or_else(|| {
         at.refuse(
@@ -28,7 +28,7 @@ pub fn sha256(at: &Path<'_>, text: &str) -> Result<Sha256, BadField> {
     })
 }
 
-/// Digests by URI.
+/// Parses digests by URI.
 pub fn assets(at: &Path<'_>, given: BTreeMap<String, String>) -> Result<BTreeMap<String, Sha256>, BadField> {
     given
         .into_iter()
@@ -39,7 +39,7 @@ pub fn assets(at: &Path<'_>, given: BTreeMap<String, String>) -> Result<BTreeMap
         .collect()
 }
 
-/// An URDF and what was found for its URIs.
+/// Parses a URDF with the files found for its URIs.
 pub fn prepare(
     request: v1::PrepareDescriptionRequest,
 ) -> Result<(Bytes, BTreeMap<String, Sha256>), BadField> {
@@ -53,17 +53,18 @@ fn urdf(at: &Path<'_>, bytes: Vec<u8>) -> Result<Bytes, BadField> {
     Ok(bytes.into())
 }
 
-/// Part of an uploaded file: digest of the whole, its size, where the part begins, the part.
+/// Parses a part of an uploaded file: digest and size of the whole file, offset of the part, bytes of the
+/// part.
 pub fn upload(request: v1::UploadAssetRequest) -> Result<(Sha256, u64, u64, Bytes), BadField> {
     let digest = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
     Ok((digest, request.total_bytes, request.offset, request.data.into()))
 }
 
-/// Bytes of all places of a description where its files were looked for: they are for people to read, and are
-/// kept with the robot.
+/// Maximum size of all searched paths of a description, bytes. People read them, and they stay with the
+/// robot.
 const MISSING_BYTES: usize = 32 << 10;
 
-/// Where the client looked for files, the first places of each, and of as many files as there is room for.
+/// Returns where the client looked for files: the first paths of each file, for as many files as fit.
 fn missing(given: BTreeMap<String, v1::AssetSearch>) -> BTreeMap<String, Vec<String>> {
     let mut left = MISSING_BYTES;
     let mut kept = BTreeMap::new();
@@ -78,7 +79,7 @@ fn missing(given: BTreeMap<String, v1::AssetSearch>) -> BTreeMap<String, Vec<Str
     kept
 }
 
-/// Where a description comes from.
+/// Parses the source of a description.
 pub fn source(at: &Path<'_>, given: Option<v1::DescriptionSource>) -> Result<Source, BadField> {
     let given = at.given(given)?;
     let assets = assets(at, given.assets)?;
@@ -103,7 +104,7 @@ pub fn source(at: &Path<'_>, given: Option<v1::DescriptionSource>) -> Result<Sou
     })
 }
 
-/// A robot to bring in.
+/// Parses a robot to spawn.
 pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> {
     let fixed_base = match Path::ROOT.field("base").known(request.base)? {
         v1::Base::Unspecified => None,
@@ -143,7 +144,7 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
     })
 }
 
-/// Orientations that spherical joints start at.
+/// Parses initial orientations of spherical joints.
 fn orientations(given: BTreeMap<String, v1::Quaternion>) -> Result<Vec<JointOrientation>, BadField> {
     let orientations = given.into_iter().map(|(joint, quaternion)| {
         let orientation = geometry::rotation(&Path::ROOT.entry("joint_orientations", &joint), quaternion)?;
@@ -152,7 +153,7 @@ fn orientations(given: BTreeMap<String, v1::Quaternion>) -> Result<Vec<JointOrie
     orientations.collect()
 }
 
-/// The robot's name, and where its new description comes from.
+/// Parses the robot's name and the source of its new description.
 pub fn reload(
     robot: String,
     source: Option<v1::DescriptionSource>,
@@ -162,12 +163,12 @@ pub fn reload(
     Ok((robot, source))
 }
 
-/// The robot that a request is about.
+/// Accepts the name of a robot.
 pub fn robot(robot: String) -> Result<String, BadField> {
     Path::ROOT.field("robot").name(robot)
 }
 
-/// Robots that a client wants to see, each once; none means all.
+/// Parses names of robots, each at most once; an empty list means all.
 pub fn robots(given: Vec<String>) -> Result<Vec<String>, BadField> {
     let robots = given
         .into_iter()
@@ -178,7 +179,7 @@ pub fn robots(given: Vec<String>) -> Result<Vec<String>, BadField> {
     Ok(robots)
 }
 
-/// Where a robot is to be, and how it is to move.
+/// Parses a new pose and velocity of a robot.
 pub fn set_entity_state(request: v1::SetEntityStateRequest) -> Result<Command, BadField> {
     Ok(Command::SetEntityState {
         robot: robot(request.robot)?,
@@ -187,7 +188,7 @@ pub fn set_entity_state(request: v1::SetEntityStateRequest) -> Result<Command, B
     })
 }
 
-/// A wrench on a link.
+/// Parses a wrench on a link.
 pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadField> {
     let at = Path::ROOT.field("wrench");
     let (force, torque) = geometry::wrench(at.given(request.wrench)?);
@@ -213,7 +214,7 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
     }))
 }
 
-/// A pull on a link.
+/// Parses a pull on a link.
 pub fn link_pull(request: v1::PullLinkRequest) -> Result<Command, BadField> {
     Ok(Command::PullLink(LinkPull {
         robot: robot(request.robot)?,
@@ -226,7 +227,7 @@ pub fn link_pull(request: v1::PullLinkRequest) -> Result<Command, BadField> {
     }))
 }
 
-/// New surfaces of a robot's links.
+/// Parses new surfaces of a robot's links.
 pub fn set_link_properties(request: v1::SetLinkPropertiesRequest) -> Result<Command, BadField> {
     let robot = robot(request.robot)?;
     if request.links.is_empty() {
@@ -237,7 +238,7 @@ pub fn set_link_properties(request: v1::SetLinkPropertiesRequest) -> Result<Comm
     Ok(Command::SetLinkProperties { robot, links })
 }
 
-/// What a robot touches from now on.
+/// Parses a robot's collision filter.
 pub fn set_collision_filter(request: v1::SetCollisionFilterRequest) -> Result<Command, BadField> {
     let v1::SetCollisionFilterRequest { robot, self_collision, pairs, request_id: _, claim: _ } = request;
     Ok(Command::SetCollisionFilter(CollisionFilterChange {
@@ -247,7 +248,7 @@ pub fn set_collision_filter(request: v1::SetCollisionFilterRequest) -> Result<Co
     }))
 }
 
-/// Pairs of links that are switched off or on.
+/// Parses pairs of links whose collisions are switched off or on.
 fn collision_pairs(list: &str, given: Vec<v1::CollisionPair>) -> Result<Vec<CollisionPair>, BadField> {
     let read = |(index, given): (usize, v1::CollisionPair)| {
         let at = Path::ROOT.item(list, index);
@@ -268,7 +269,7 @@ fn collision_pairs(list: &str, given: Vec<v1::CollisionPair>) -> Result<Vec<Coll
     given.into_iter().enumerate().map(read).collect()
 }
 
-/// Those of a robot that is not in the world yet.
+/// Parses such pairs of a robot that is not in the world yet.
 fn own_pairs(given: Vec<v1::CollisionPair>) -> Result<Vec<CollisionPair>, BadField> {
     let pairs = collision_pairs("collision_pairs", given)?;
     if let Some((index, pair)) = pairs.iter().enumerate().find(|(_, pair)| !pair.other_robot.is_empty()) {
@@ -279,7 +280,7 @@ fn own_pairs(given: Vec<v1::CollisionPair>) -> Result<Vec<CollisionPair>, BadFie
     Ok(pairs)
 }
 
-/// A file that a client asks for.
+/// Returns the digest of the requested file.
 pub fn asset(request: &v1::GetAssetRequest) -> Result<Sha256, BadField> {
     sha256(&Path::ROOT.field("sha256"), &request.sha256)
 }

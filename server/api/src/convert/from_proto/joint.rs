@@ -15,7 +15,7 @@ use simd_proto::v1;
 use super::{geometry, state};
 use crate::convert::field::{BadField, Path};
 
-/// Targets for joints of one or several robots.
+/// Parses targets for joints of one or several robots.
 pub fn set_targets(robots: Vec<v1::RobotTargets>, limit_policy: i32) -> Result<SetTargets, BadField> {
     let refuse_beyond_limits = match Path::ROOT.field("limit_policy").known(limit_policy)? {
         v1::LimitPolicy::Unspecified | v1::LimitPolicy::Clamp => false,
@@ -29,7 +29,7 @@ pub fn set_targets(robots: Vec<v1::RobotTargets>, limit_policy: i32) -> Result<S
     Ok(SetTargets { robots, refuse_beyond_limits, ..SetTargets::default() })
 }
 
-/// Targets of a request that is about nothing else.
+/// Parses the targets of a request that carries only targets.
 pub fn set_joint_targets(request: v1::SetJointTargetsRequest) -> Result<SetTargets, BadField> {
     if request.robots.is_empty() {
         return Err(Path::ROOT.field("robots").refuse("empty", "it must name at least one robot"));
@@ -139,13 +139,13 @@ fn target(at: &Path<'_>, given: v1::joint_target::Target) -> Result<Target, BadF
     })
 }
 
-/// The orientation of a spherical joint, which must be given.
+/// Parses the orientation of a spherical joint, which must be given.
 fn orientation_of(at: &Path<'_>, given: Option<v1::Quaternion>) -> Result<DQuat, BadField> {
     let at = at.field("orientation");
     geometry::rotation(&at, at.given(given)?)
 }
 
-/// A trajectory for joints of one robot.
+/// Parses a trajectory for joints of one robot.
 pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowTrajectory, BadField> {
     let v1::FollowTrajectoryRequest {
         robot,
@@ -199,19 +199,19 @@ pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowT
     })
 }
 
-/// Whose trajectories are asked for; of all robots where none is named.
+/// Returns the robot whose trajectories are requested, or `None` for all robots.
 pub fn trajectories_of(request: v1::ListTrajectoriesRequest) -> Result<Option<String>, BadField> {
     let v1::ListTrajectoriesRequest { robot } = request;
     if robot.is_empty() { Ok(None) } else { Path::ROOT.field("robot").name(robot).map(Some) }
 }
 
-/// The end of a trajectory, or of all of a robot.
+/// Parses the cancellation of one or all trajectories of a robot.
 pub fn cancel_trajectory(request: v1::CancelTrajectoryRequest) -> Result<Command, BadField> {
     let robot = Path::ROOT.field("robot").name(request.robot)?;
     Ok(Command::CancelTrajectory { robot, id: request.id })
 }
 
-/// Joints to be put at a position with a velocity.
+/// Parses new positions and velocities of joints.
 pub fn reset_joints(request: v1::ResetJointsRequest) -> Result<Command, BadField> {
     if request.robots.is_empty() {
         return Err(Path::ROOT.field("robots").refuse("empty", "it must name at least one robot"));
@@ -245,7 +245,7 @@ fn spherical_reset(at: &Path<'_>, given: v1::SphericalReset) -> Result<Spherical
     Ok(SphericalReset { orientation: orientation_of(at, orientation)?, angular_velocity })
 }
 
-/// New settings of joints.
+/// Parses new settings of joints.
 pub fn set_joint_properties(request: v1::SetJointPropertiesRequest) -> Result<Command, BadField> {
     let robot = Path::ROOT.field("robot").name(request.robot)?;
     if request.joints.is_empty() {
@@ -289,7 +289,7 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
     })
 }
 
-/// What is claimed, by whom, and the lease. The claim's id is not made yet.
+/// Returns the claimed joints, the holder and the lease. The claim has no id yet.
 pub fn claim_joints(request: v1::ClaimJointsRequest) -> Result<(ClaimRequest, Duration), BadField> {
     if request.selections.is_empty() && !request.world {
         let expected = "it must name at least one robot where the world is not claimed";
@@ -304,12 +304,12 @@ pub fn claim_joints(request: v1::ClaimJointsRequest) -> Result<(ClaimRequest, Du
     Ok((ClaimRequest { claim: ClaimId::default(), holder, joints, world, priority, take_over }, lease))
 }
 
-/// A claim that must be named.
+/// Returns the claim to release, which must be named.
 pub fn claim(request: &v1::ReleaseJointsRequest) -> Result<String, BadField> {
     Path::ROOT.field("claim").name(request.claim.clone())
 }
 
-/// The robot whose joints are asked for.
+/// Returns the robot whose joints are requested.
 pub fn layout_of(request: v1::GetJointLayoutRequest) -> Result<String, BadField> {
     Path::ROOT.field("robot").name(request.robot)
 }

@@ -1,5 +1,5 @@
-//! Requests of the kinematics service. What depends on the robot is checked against the
-//! state that the answer is computed from.
+//! Requests of the kinematics service. Values that depend on the robot are checked against the state that the
+//! answer is computed from.
 
 use glamx::{DQuat, DVec3};
 use simd_core::PublishedState;
@@ -12,21 +12,21 @@ use simd_proto::v1;
 use super::geometry;
 use crate::convert::field::{BadField, Path};
 
-/// Steps of a search, where nothing else is said and at the most.
+/// Default and maximum number of iterations of a search.
 const ITERATIONS: (u32, u32) = (300, 1_000);
-/// Metres: where nothing else is said, and what may be said.
+/// Default and permitted tolerances, metres.
 const TOLERANCE: (f64, std::ops::RangeInclusive<f64>) = (1e-4, 1e-12..=1.0);
 
-/// Where a link is to be.
+/// Target of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// World axes.
+    /// Position, world axes.
     pub position: DVec3,
-    /// `world_from_link`; `None` where only the position counts.
+    /// `world_from_link`; `None` if only the position counts.
     pub orientation: Option<DQuat>,
 }
 
-/// What is asked of the joints of a robot: those of the state, or given ones.
+/// Returns the configuration for which a robot is evaluated: the given positions, or the state's.
 pub fn configuration(
     field: &str,
     given: Option<v1::Configuration>,
@@ -37,7 +37,7 @@ pub fn configuration(
     configuration_at(&Path::ROOT.field(field), given, state, index, entity)
 }
 
-/// The same of a field that is not the request's own.
+/// Like `configuration`, for a field of an inner message.
 pub fn configuration_at(
     at: &Path<'_>,
     given: Option<v1::Configuration>,
@@ -49,7 +49,7 @@ pub fn configuration_at(
     let Some(given) = given else { return Ok(present) };
     let mut positions = numbers(at, "positions", given.positions, entity.positions.len())?;
     for range in entity.joint_positions.iter().filter(|range| matches!(range.len(), 4 | 7)) {
-        // A spherical or floating joint's: of unit length, as every rotation that a client sends.
+        // A spherical or floating joint: its quaternion is normalised, as every rotation from a client.
         if let Some([x, y, z, w]) = positions.get_mut(range.end - 4..range.end).and_then(|q| q.as_mut_array())
         {
             let unit = geometry::rotation(at, v1::Quaternion { x: *x, y: *y, z: *z, w: *w })?;
@@ -75,16 +75,16 @@ pub fn configuration_at(
     Ok(Configuration { root: root.unwrap_or(present.root), linear, angular, positions, velocities })
 }
 
-/// A vector that can be computed with.
+/// Accepts a vector whose components are moderate enough for computations.
 fn moderate(at: &Path<'_>, vector: DVec3) -> Result<DVec3, BadField> {
-    // Each by itself: the largest of some numbers is never NaN.
+    // Checks each component: `max` over them would drop NaN.
     if vector.to_array().iter().all(|value| value.abs() <= LARGEST_GIVEN) {
         return Ok(vector);
     }
     Err(at.refuse(vector, format!("no part of it may be beyond {LARGEST_GIVEN:e}")))
 }
 
-/// As many finite numbers as are wanted.
+/// Accepts finite numbers if their count is as expected.
 fn numbers(at: &Path<'_>, name: &str, given: Vec<f64>, count: usize) -> Result<Vec<f64>, BadField> {
     if given.len() != count {
         let value = format!("{} values", given.len());
@@ -98,7 +98,7 @@ fn numbers(at: &Path<'_>, name: &str, given: Vec<f64>, count: usize) -> Result<V
     Ok(given)
 }
 
-/// Accelerations by velocity, a free root's six first; none is at rest.
+/// Parses accelerations by velocity, a free root's six first; an empty list stays empty and means rest.
 pub fn accelerations(given: Vec<f64>, entity: &EntityLayout) -> Result<Vec<f64>, BadField> {
     if given.is_empty() {
         return Ok(given);
@@ -106,18 +106,18 @@ pub fn accelerations(given: Vec<f64>, entity: &EntityLayout) -> Result<Vec<f64>,
     numbers(&Path::ROOT, "accelerations", given, entity.tree.velocity_count)
 }
 
-/// The names of a robot and of one of its links.
+/// Accepts the names of a robot and of one of its links.
 pub fn link(robot: String, link: String) -> Result<(String, String), BadField> {
     Ok((Path::ROOT.field("robot").name(robot)?, Path::ROOT.field("link").name(link)?))
 }
 
-/// A point of a link; absent is its origin.
+/// Parses a point of a link; absent means the link's origin.
 pub fn point(given: Option<v1::Vector3>) -> Result<DVec3, BadField> {
     let at = Path::ROOT.field("point");
     moderate(&at, geometry::vector_or_zero(given))
 }
 
-/// Where a link is to be. It must be said where; how it is turned may be left open.
+/// Parses the target of a link. The position must be given; the orientation is optional.
 pub fn target(given: Option<v1::Pose>) -> Result<Target, BadField> {
     let at = Path::ROOT.field("target");
     let given = at.given(given)?;
@@ -128,13 +128,13 @@ pub fn target(given: Option<v1::Pose>) -> Result<Target, BadField> {
     Ok(Target { position, orientation: given.orientation.map(turned).transpose()? })
 }
 
-/// Joints that may move; none means all that are actuated.
+/// Parses names of joints that may move; an empty list means all actuated ones.
 pub fn joints(given: Vec<String>) -> Result<Vec<String>, BadField> {
     Path::ROOT.each_once("joints", &given)?;
     given.into_iter().enumerate().map(|(index, name)| Path::ROOT.item("joints", index).name(name)).collect()
 }
 
-/// When a search ends.
+/// Parses the end criteria of a search.
 pub fn solver_options(max_iterations: u32, tolerance: f64) -> Result<SolverOptions, BadField> {
     if max_iterations > ITERATIONS.1 {
         let expected = format!("it must be at most {}", ITERATIONS.1);

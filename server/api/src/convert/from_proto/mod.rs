@@ -1,5 +1,5 @@
-//! Requests to the daemon's own types. A value that cannot be is refused by the
-//! path of its field; whether names exist is for the world to say.
+//! Conversion of requests to the daemon's own types. A bad value is refused with the path of its field; the
+//! world checks whether names exist.
 
 pub mod camera;
 pub mod constraint;

@@ -7,20 +7,20 @@ use simd_proto::v1;
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::{BoundQuantity, JointBinding, NameTaken, ParameterChange, ParameterKind};
 
-/// A parameter to put up.
+/// Request to add a parameter.
 #[derive(Debug)]
 pub struct Added {
-    /// Its name.
+    /// Name of the parameter.
     pub name: String,
-    /// What it is.
+    /// Kind of the parameter.
     pub kind: ParameterKind,
-    /// The joint that it is bound to.
+    /// Joint that the parameter is bound to.
     pub binding: Option<JointBinding>,
-    /// What to do where the name is taken.
+    /// Policy if the name is taken.
     pub taken: NameTaken,
 }
 
-/// A parameter to put up.
+/// Parses a parameter to add.
 pub fn add(request: v1::AddParameterRequest) -> Result<Added, BadField> {
     let at = Path::ROOT.field("parameter");
     let parameter = at.given(request.parameter)?;
@@ -56,7 +56,7 @@ fn binding(at: &Path<'_>, given: v1::JointBinding) -> Result<JointBinding, BadFi
     Ok(JointBinding { robot, joint, axis, quantity })
 }
 
-/// Sliders to move and buttons to press.
+/// Parses new values of sliders, and buttons to press.
 pub fn changes(given: Vec<v1::ParameterChange>) -> Result<Vec<ParameterChange>, BadField> {
     if given.is_empty() {
         return Err(Path::ROOT.field("changes").refuse("empty", "it must name at least one parameter"));
@@ -79,14 +79,14 @@ pub fn changes(given: Vec<v1::ParameterChange>) -> Result<Vec<ParameterChange>, 
         .collect()
 }
 
-/// Names of parameters; none means all.
+/// Parses names of parameters; an empty list means all.
 pub fn names(given: Vec<String>) -> Result<Vec<String>, BadField> {
     Path::ROOT.each_once("names", &given)?;
     let named = |(index, name)| Path::ROOT.item("names", index).name(name);
     given.into_iter().enumerate().map(named).collect()
 }
 
-/// How long NextParameters waits for another version.
+/// Returns the longest wait of NextParameters for another version.
 pub fn next_timeout(seconds: f64) -> Result<Duration, BadField> {
     Path::ROOT.field("timeout").seconds(seconds, 0.0..=60.0, 1.0)
 }

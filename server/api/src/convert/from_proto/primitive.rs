@@ -8,10 +8,10 @@ use simd_proto::v1;
 use super::geometry::finite_vector;
 use crate::convert::field::{BadField, Path};
 
-/// Shapes of a body that is described by them alone.
+/// Maximum number of shapes of a compound.
 const MOST_PARTS: usize = 1_000;
 
-/// A robot of one shape.
+/// Parses a robot of one shape.
 pub fn primitive(at: &Path<'_>, given: v1::Primitive) -> Result<Primitive, BadField> {
     let shapes = match at.field("geometry").given(given.geometry)? {
         v1::primitive::Geometry::Compound(given) => parts(&at.field("compound"), given)?,
@@ -25,7 +25,7 @@ pub fn primitive(at: &Path<'_>, given: v1::Primitive) -> Result<Primitive, BadFi
     Ok(Primitive { shapes, mass: (mass > 0.0).then_some(mass), color })
 }
 
-/// The shapes of a body, each where it is.
+/// Parses the shapes of a compound, each with its pose.
 fn parts(at: &Path<'_>, given: v1::CompoundGeometry) -> Result<Vec<(DPose3, Geometry)>, BadField> {
     let count = given.parts.len();
     if !(1..=MOST_PARTS).contains(&count) {
@@ -49,7 +49,7 @@ fn parts(at: &Path<'_>, given: v1::CompoundGeometry) -> Result<Vec<(DPose3, Geom
     given.parts.into_iter().enumerate().map(part).collect()
 }
 
-/// A shape's kind and sizes; not of several.
+/// Parses a shape's kind and sizes; compounds are refused.
 pub fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometry, BadField> {
     use v1::primitive::Geometry as Wire;
     Ok(match given {
@@ -98,7 +98,7 @@ pub fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometr
     })
 }
 
-/// Metres, a length that something has.
+/// Accepts a length above zero, metres.
 fn above_zero(at: &Path<'_>, name: &str, value: f64) -> Result<f64, BadField> {
     if value > 0.0 && value.is_finite() {
         return Ok(value);

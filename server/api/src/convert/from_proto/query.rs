@@ -1,4 +1,4 @@
-//! Shapes and ways that questions are about.
+//! Shapes and translations of queries.
 
 use glamx::{DPose3, DVec3};
 use simd_model::robot::Geometry;
@@ -8,15 +8,15 @@ use super::geometry;
 use super::primitive;
 use crate::convert::field::{BadField, Path};
 
-/// A side of a distance.
+/// One side of a distance query.
 pub enum Side {
-    /// A robot or a link of it, by name.
+    /// Robot or one of its links, by name.
     Body(v1::QueryBody),
-    /// A shape of no robot, and where it is.
+    /// Shape that belongs to no robot, with its pose.
     Shape(Geometry, DPose3),
 }
 
-/// A shape of no robot, and where it is.
+/// Parses a shape that belongs to no robot, with its pose.
 pub fn shape(
     above: &Path<'_>,
     shape: Option<v1::QueryShape>,
@@ -37,12 +37,12 @@ pub fn shape(
     Ok((shape, pose.map(|pose| geometry::pose(&at, pose)).transpose()?.unwrap_or(DPose3::IDENTITY)))
 }
 
-/// A way, which must be given.
+/// Parses a translation, which must be given.
 pub fn translation(given: Option<v1::Vector3>) -> Result<DVec3, BadField> {
     Ok(geometry::vector(Path::ROOT.field("translation").given(given)?))
 }
 
-/// The two sides of a distance; the second may be all others.
+/// Parses the two sides of a distance; an absent second side means all other robots.
 pub fn sides(a: Option<v1::QueryBody>, b: Option<v1::QueryBody>) -> Result<(Side, Option<Side>), BadField> {
     let (at_a, at_b) = (Path::ROOT.field("a"), Path::ROOT.field("b"));
     Ok((side(&at_a, at_a.given(a)?)?, b.map(|b| side(&at_b, b)).transpose()?))

@@ -7,12 +7,12 @@ use simd_proto::v1;
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::RecordingRequest;
 
-/// Where a recording says no rate.
+/// Default rate of states, Hz.
 const DEFAULT_RATE: f64 = 100.0;
-/// The longest that is kept or recorded, seconds: a week.
+/// Maximum length of a kept span or of a recording, seconds: a week.
 const LONGEST: f64 = 604_800.0;
 
-/// How a recording is to be made.
+/// Parses the options of a new recording.
 pub fn start(request: v1::StartRecordingRequest) -> Result<RecordingRequest, BadField> {
     let v1::StartRecordingRequest { name, state_rate, keep_last, max_bytes, max_duration, request_id: _ } =
         request;
@@ -37,7 +37,7 @@ pub fn start(request: v1::StartRecordingRequest) -> Result<RecordingRequest, Bad
     })
 }
 
-/// The name of a recording, which becomes that of a file.
+/// Accepts the name of a recording, which also names its file.
 pub fn name(field: &str, name: String) -> Result<String, BadField> {
     if simd_world::recording::is_name(&name) {
         return Ok(name);

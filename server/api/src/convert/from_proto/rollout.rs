@@ -1,4 +1,4 @@
-//! Rollouts: what copies of the world are to do, and what is asked of them.
+//! Rollouts: inputs of the copies of a world, and the requested outputs.
 
 use simd_core::rollout::RolloutRequest;
 use simd_core::rollout::request::{
@@ -10,7 +10,7 @@ use simd_proto::v1;
 use super::geometry;
 use crate::convert::field::{BadField, Path};
 
-/// Where copies start, by the name of a saved state, which may be empty; and all else.
+/// Returns the name of the saved state where copies start, which may be empty, and the rest of the request.
 pub fn rollout(request: v1::RolloutRequest) -> Result<(String, RolloutRequest), BadField> {
     let v1::RolloutRequest {
         saved_state,
@@ -43,7 +43,7 @@ pub fn rollout(request: v1::RolloutRequest) -> Result<(String, RolloutRequest), 
     Ok((saved_state, request))
 }
 
-/// Each entry of a list.
+/// Parses each entry of a list.
 fn each<W, C>(
     list: &str,
     entries: Vec<W>,
@@ -53,7 +53,7 @@ fn each<W, C>(
     entries.into_iter().enumerate().map(convert).collect()
 }
 
-/// Packed numbers, the least significant byte first.
+/// Parses packed numbers, little-endian.
 fn numbers(at: &Path<'_>, bytes: &[u8]) -> Result<Vec<f64>, BadField> {
     let (numbers, rest) = bytes.as_chunks();
     if rest.is_empty() {
@@ -71,7 +71,7 @@ fn named(at: &Path<'_>, robot: String, list: &str, given: Vec<String>) -> Result
     Ok(Named { robot: at.field("robot").name(robot)?, names: names(at, list, given)? })
 }
 
-/// A number of which zero is one.
+/// Returns a number, and 1 for 0.
 fn at_least_one(number: u32) -> u32 {
     number.max(1)
 }
@@ -175,7 +175,7 @@ fn quantity(at: &Path<'_>, given: v1::RolloutQuantity) -> Result<Quantity, BadFi
     })
 }
 
-/// Refuses that whole turns do not count, of what has none.
+/// Refuses `wrapped` for values that have no whole turns.
 fn turns_whole(at: &Path<'_>, wrapped: bool) -> Result<(), BadField> {
     match wrapped {
         true => Err(at.field("wrapped").refuse(true, "it must be false: only positions have whole turns")),

@@ -14,7 +14,7 @@ use super::geometry;
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::{MOST_FOLLOWED, SensorCursor, SensorSelection};
 
-/// A sensor to make. The core judges its numbers, by their paths within `sensor`.
+/// Parses a sensor to create. The core checks its numbers, and names them by their paths within `sensor`.
 pub fn create(request: v1::CreateSensorRequest) -> Result<CreateSensor, BadField> {
     let v1::CreateSensorRequest { sensor, request_id: _, claim: _ } = request;
     let at = Path::ROOT.field("sensor");
@@ -36,26 +36,26 @@ pub fn create(request: v1::CreateSensorRequest) -> Result<CreateSensor, BadField
     })
 }
 
-/// The robot and the name of a sensor that there may be.
+/// Accepts the names of a robot and of a sensor.
 pub fn delete(request: v1::DeleteSensorRequest) -> Result<(String, String), BadField> {
     let v1::DeleteSensorRequest { robot, name, request_id: _, claim: _ } = request;
     Ok((Path::ROOT.field("robot").name(robot)?, Path::ROOT.field("name").name(name)?))
 }
 
-/// The robot whose sensors are asked for, or `None` for those of all.
+/// Returns the robot whose sensors are requested, or `None` for all robots.
 pub fn only(request: v1::ListSensorsRequest) -> Result<Option<String>, BadField> {
     let robot = Path::ROOT.field("robot").short(request.robot)?;
     Ok((!robot.is_empty()).then_some(robot))
 }
 
-/// Sensors whose newest readings are asked for, and how long scans are waited for.
+/// Parses the sensors whose newest readings are requested, and the longest wait for scans.
 pub fn newest(request: v1::GetSensorReadingsRequest) -> Result<(Vec<SensorSelection>, Duration), BadField> {
     let v1::GetSensorReadingsRequest { selections, timeout } = request;
     let timeout = Path::ROOT.field("timeout").seconds(timeout, 0.001..=60.0, 1.0)?;
     Ok((self::selections("selections", selections)?, timeout))
 }
 
-/// Sensors whose readings are followed, and how long the first is waited for.
+/// Parses the sensors whose readings are followed, and the longest wait for the first reading.
 pub fn next(request: v1::NextSensorReadingsRequest) -> Result<(Vec<SensorCursor>, Duration), BadField> {
     let v1::NextSensorReadingsRequest { sensors, timeout } = request;
     let timeout = Path::ROOT.field("timeout").seconds(timeout, 0.0..=60.0, 0.0)?;
@@ -79,19 +79,20 @@ pub fn next(request: v1::NextSensorReadingsRequest) -> Result<(Vec<SensorCursor>
     Ok((cursors, timeout))
 }
 
-/// Sensors whose readings are watched, and the time between two messages.
+/// Parses the sensors whose readings are watched, and the time between two messages.
 pub fn watch(request: v1::WatchSensorReadingsRequest) -> Result<(Vec<SensorSelection>, Duration), BadField> {
     let v1::WatchSensorReadingsRequest { selections, rate } = request;
     let rate = if rate == 0.0 { 50.0 } else { Path::ROOT.field("rate").within(rate, 0.1..=1000.0)? };
     Ok((self::selections("selections", selections)?, Duration::from_secs_f64(1.0 / rate)))
 }
 
-/// Sensors whose newest readings come beside states.
+/// Parses the sensors whose newest readings accompany states.
 pub fn beside(sensors: Vec<v1::SensorSelection>) -> Result<Vec<SensorSelection>, BadField> {
     selections("sensors", sensors)
 }
 
-/// A robot or a sensor named twice is refused, so that no answer is larger than the world.
+/// Parses a selection of sensors. A robot or a sensor named twice is refused, so that no answer is larger
+/// than the world.
 fn selections(field: &str, given: Vec<v1::SensorSelection>) -> Result<Vec<SensorSelection>, BadField> {
     let mut out = Vec::with_capacity(given.len());
     for (index, v1::SensorSelection { robot, sensors }) in given.into_iter().enumerate() {

@@ -13,7 +13,7 @@ use crate::convert::Selection;
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::{PaceChange, RunState};
 
-/// The state that the world is to be in.
+/// Parses the requested state of the world.
 pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, BadField> {
     let at = Path::ROOT.field("state");
     match at.known(request.state)? {
@@ -26,26 +26,26 @@ pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, Ba
     }
 }
 
-/// Steps to do, with what comes before and after them.
+/// Request for steps.
 #[derive(Debug)]
 pub struct Steps {
-    /// How many.
+    /// Number of steps.
     pub steps: u64,
-    /// With whom they are done; empty: alone.
+    /// Lockstep member that asks; empty outside of a lockstep.
     pub member: String,
-    /// To be set before the first.
+    /// Targets to set before the first step.
     pub targets: Option<SetTargets>,
-    /// Whose states to answer with; `None` for no states.
+    /// Joints whose states the answer has; `None` for no states.
     pub selection: Option<Selection>,
     /// Whether the answer also has the links of those robots.
     pub with_links: bool,
-    /// Whether the answer also has what those robots touch.
+    /// Whether the answer also has the contacts of those robots.
     pub with_contacts: bool,
-    /// Whether those are all robots.
+    /// Whether the selection has all robots.
     pub all: bool,
 }
 
-/// How many steps to do, and what comes with them.
+/// Parses a request for steps.
 pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     let targets = joint::set_targets(request.robots, request.limit_policy)?;
     let all = request.selections.is_empty();
@@ -61,12 +61,12 @@ pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     })
 }
 
-/// What to put back.
+/// Parses the scope of a reset.
 pub fn reset_scope(request: &v1::ResetSimulationRequest) -> ResetScope {
     ResetScope { time: request.time, state: request.state, spawned: request.spawned }
 }
 
-/// New settings; what is not given stays.
+/// Parses new settings; absent ones stay unchanged.
 pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange, PaceChange), BadField> {
     let gravity = request.gravity.map(geometry::vector);
     let integrator = match Path::ROOT.field("integrator").known(request.integrator)? {
@@ -95,27 +95,27 @@ fn pace(request: &v1::SetPhysicsRequest) -> Result<PaceChange, BadField> {
     Ok(PaceChange { as_fast_as_possible, factor: request.real_time_factor })
 }
 
-/// The name of a saved state that must be there.
+/// Accepts the name of a saved state.
 pub fn saved_state_name(name: String) -> Result<String, BadField> {
     Path::ROOT.field("name").name(name)
 }
 
-/// The name of a saved state to be made; `None` for the daemon to make one up.
+/// Parses the name of a new saved state; `None` lets the daemon choose one.
 pub fn new_saved_state_name(name: String) -> Result<Option<String>, BadField> {
     let name = Path::ROOT.field("name").short(name)?;
     Ok((!name.is_empty()).then_some(name))
 }
 
-/// The file of a saved state, and what it is to be called; an empty name leaves it that of the file.
+/// Returns the digest of a saved state's file, and the new name; if empty, the name in the file is used.
 pub fn import_saved_state(request: v1::ImportSavedStateRequest) -> Result<(Sha256, String), BadField> {
     let digest = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
     Ok((digest, Path::ROOT.field("name").short(request.name)?))
 }
 
-/// How long a member of a lockstep may take to ask for its next step.
+/// Returns the longest time that a member of a lockstep may take to ask for its next step.
 ///
 /// # Errors
-/// Returns an error if it is no time.
+/// Returns an error if the timeout is out of range.
 pub fn lockstep_timeout(request: &v1::JoinLockstepRequest) -> Result<Duration, BadField> {
     let seconds = if request.timeout == 0.0 { 10.0 } else { request.timeout };
     Duration::try_from_secs_f64(seconds)

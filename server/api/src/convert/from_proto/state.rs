@@ -1,4 +1,4 @@
-//! Requests for joint states over time: which joints, how often, how long to wait.
+//! Requests for joint states over time: selected joints, frequency of messages, waits.
 
 use std::time::Duration;
 
@@ -7,20 +7,20 @@ use simd_proto::v1;
 
 use crate::convert::field::{BadField, Path};
 
-/// More wall seconds than any daemon lives; keeps arithmetic on times in range.
+/// Wall seconds above any daemon's life; keeps arithmetic on times in range.
 const MAX_WAIT: f64 = 1e9;
 
-/// When a Control request is answered.
+/// Time at which a Control request is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wait {
-    /// Once there is a newer state.
+    /// As soon as there is a newer state.
     NewerState,
     /// At once.
     None,
 }
 
-/// Joints that a client wants to see. A robot or a joint named twice is refused,
-/// so that no answer is larger than the world.
+/// Parses a selection of joints. A robot or a joint named twice is refused, so that no answer is larger than
+/// the world.
 pub fn selections(given: Vec<v1::JointSelection>) -> Result<Vec<JointSelection>, BadField> {
     let mut out = Vec::with_capacity(given.len());
     for (index, selection) in given.into_iter().enumerate() {
@@ -39,7 +39,7 @@ pub fn selections(given: Vec<v1::JointSelection>) -> Result<Vec<JointSelection>,
     Ok(out)
 }
 
-/// When to answer.
+/// Parses when to answer.
 pub fn wait(number: i32) -> Result<Wait, BadField> {
     Ok(match Path::ROOT.field("wait").known(number)? {
         v1::ControlWait::Unspecified | v1::ControlWait::NewerState => Wait::NewerState,
@@ -47,18 +47,18 @@ pub fn wait(number: i32) -> Result<Wait, BadField> {
     })
 }
 
-/// How long Control waits for a newer state; `None` as long as it takes.
+/// Returns the longest wait of Control for a newer state; `None` means no limit.
 pub fn control_timeout(seconds: f64) -> Result<Option<Duration>, BadField> {
     let timeout = Path::ROOT.field("timeout").seconds(seconds, 0.0..=MAX_WAIT, 0.0)?;
     Ok((!timeout.is_zero()).then_some(timeout))
 }
 
-/// How long NextJointStates waits for a newer state.
+/// Returns the longest wait of NextJointStates for a newer state.
 pub fn next_timeout(seconds: f64) -> Result<Duration, BadField> {
     Path::ROOT.field("timeout").seconds(seconds, 0.0..=60.0, 1.0)
 }
 
-/// The time between two states of WatchJointStates.
+/// Returns the time between two states of WatchJointStates.
 pub fn period(rate: f64) -> Result<Duration, BadField> {
     let at = Path::ROOT.field("rate");
     let rate = if rate == 0.0 { 30.0 } else { at.within(rate, 0.1..=1000.0)? };

@@ -1,4 +1,4 @@
-//! What a request may say, and how what it may not is named.
+//! Accepted requests, and the field names in refusals.
 
 mod judged;
 
@@ -14,7 +14,7 @@ use crate::convert::field::{BadField, Path};
 use crate::convert::test_world;
 use simd_world::handle::{Pace, RunState, Source};
 
-/// The path of the field that is to blame.
+/// Returns the path of the refused field.
 fn blamed<T: std::fmt::Debug>(refused: Result<T, BadField>) -> String {
     refused.unwrap_err().field
 }

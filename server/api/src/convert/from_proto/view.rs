@@ -10,26 +10,26 @@ use super::geometry::{finite_vector, rotation};
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::{InputKind, LinkColor, MarkerShape, MouseButton, NewMarker, ViewCamera};
 
-/// Markers of one request.
+/// Maximum number of markers in a request.
 const MARKERS: usize = 4_096;
-/// Colours of one request.
+/// Maximum number of colours in a request.
 const COLORS: usize = 4_096;
-/// Bytes of a text.
+/// Maximum length of a text, bytes.
 const TEXT: usize = 1_024;
-/// Bytes of what a browser calls a key.
+/// Maximum length of a browser's key name, bytes.
 const KEY: usize = 32;
-/// Events of one report.
+/// Maximum number of events in a report.
 const EVENTS: usize = 256;
-/// Seconds of the longest life time.
+/// Longest lifetime of a marker, seconds.
 const YEAR: f64 = 365.0 * 86_400.0;
-/// Of lines and dots, CSS pixels.
+/// Maximum width of lines and dots, CSS pixels.
 const WIDEST: f32 = 100.0;
-/// Of a text, metres.
+/// Maximum height of a text, metres.
 const HIGHEST: f64 = 1_000.0;
-/// Of the picture of a page, CSS pixels.
+/// Maximum size of a page's picture, CSS pixels.
 const LARGEST: u32 = 65_536;
 
-/// Markers to draw.
+/// Parses markers to draw.
 pub fn markers(given: Vec<v1::Marker>) -> Result<Vec<NewMarker>, BadField> {
     let at = Path::ROOT.field("markers");
     if given.is_empty() {
@@ -86,7 +86,7 @@ fn color(at: &Path<'_>, given: v1::Color) -> Result<[f64; 4], BadField> {
     Ok([red, green, blue, alpha])
 }
 
-/// Colours that links are to have.
+/// Parses new colours of links.
 pub fn link_colors(given: Vec<v1::LinkColor>) -> Result<Vec<LinkColor>, BadField> {
     let at = Path::ROOT.field("colors");
     if given.is_empty() || given.len() > COLORS {
@@ -105,7 +105,7 @@ pub fn link_colors(given: Vec<v1::LinkColor>) -> Result<Vec<LinkColor>, BadField
     given.into_iter().enumerate().map(read).collect()
 }
 
-/// Points of elements of so many numbers, and as many colours or none.
+/// Parses the points of lines or dots, with one colour per point or none.
 fn drawn(
     at: &Path<'_>,
     points: Vec<f32>,
@@ -160,7 +160,7 @@ fn text(at: &Path<'_>, given: v1::MarkerText) -> Result<MarkerShape, BadField> {
     Ok(MarkerShape::Text { text, position, orientation, size })
 }
 
-/// Where a camera is to be: its position, its target, and its field of view.
+/// Parses the new position, target and field of view of a camera.
 pub fn set_camera(given: &v1::SetCameraRequest) -> Result<(DVec3, DVec3, f64), BadField> {
     let position = given_vector("position", given.position)?;
     let target_at = Path::ROOT.field("target");
@@ -180,7 +180,7 @@ fn given_vector(name: &str, given: Option<v1::Vector3>) -> Result<DVec3, BadFiel
     finite_vector(&at, at.given(given)?)
 }
 
-/// Where the camera of a page is.
+/// Parses the present camera of a page.
 pub fn camera(given: v1::ViewCamera) -> Result<ViewCamera, BadField> {
     let at = Path::ROOT.field("camera");
     let v1::ViewCamera { position, target, up, field_of_view, width, height } = given;
@@ -197,7 +197,7 @@ pub fn camera(given: v1::ViewCamera) -> Result<ViewCamera, BadField> {
     Ok(ViewCamera { position, target, up, field_of_view, size: [width, height] })
 }
 
-/// What was done in a page.
+/// Parses input events of a page.
 pub fn input(given: Vec<v1::InputEvent>) -> Result<Vec<InputKind>, BadField> {
     if given.len() > EVENTS {
         let at = Path::ROOT.field("input");
@@ -231,7 +231,7 @@ fn event(at: &Path<'_>, given: v1::InputEvent) -> Result<InputKind, BadField> {
     }
 }
 
-/// Some keys have no code, and some no name.
+/// Accepts a key's name or code, which may be empty: some keys have no code, and some no name.
 fn key_name(at: &Path<'_>, given: String) -> Result<String, BadField> {
     if given.len() > KEY {
         let expected = format!("it must have at most {KEY}");
@@ -240,7 +240,7 @@ fn key_name(at: &Path<'_>, given: String) -> Result<String, BadField> {
     visible(at, given)
 }
 
-/// Text that is shown as it is.
+/// Accepts text that can be shown unchanged.
 fn visible(at: &Path<'_>, given: String) -> Result<String, BadField> {
     if !given.chars().all(is_printable) {
         let shown = simd_proto::text::printable(&given);
@@ -249,7 +249,7 @@ fn visible(at: &Path<'_>, given: String) -> Result<String, BadField> {
     Ok(given)
 }
 
-/// How long NextView and NextInput wait.
+/// Returns the longest wait of NextView and NextInput.
 pub fn next_timeout(seconds: f64) -> Result<Duration, BadField> {
     Path::ROOT.field("timeout").seconds(seconds, 0.0..=60.0, 1.0)
 }

@@ -8,12 +8,12 @@ use simd_proto::v1;
 use crate::convert::field::{BadField, Path};
 use simd_world::handle::XacroFiles;
 
-/// Files of one request, and bytes and steps of the path of one.
+/// Maximum number of files in a request, and of bytes and steps in the path of one.
 const FILES: usize = 2_000;
 const PATH_BYTES: usize = 512;
 const STEPS: usize = 32;
 
-/// A xacro file and what it may include.
+/// Parses a xacro file and the files that it may include.
 pub fn files(request: v1::ExpandXacroRequest) -> Result<XacroFiles, BadField> {
     let v1::ExpandXacroRequest { files, path, arguments } = request;
     let root = Path::ROOT;

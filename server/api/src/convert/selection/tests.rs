@@ -14,7 +14,7 @@ fn no_selection_is_all_joints_of_all_robots_in_the_order_of_their_spawning() {
     let robots: Vec<_> = states.robots.iter().map(|robot| robot.robot.as_str()).collect();
     assert_eq!(robots, ["left", "right"]);
     for (robot, sign) in states.robots.iter().zip([1.0, -1.0]) {
-        // shoulder, puck x y angle, slide.
+        // Shoulder, puck x y angle, slide.
         assert_eq!(robot.position, [0.25 * sign, 0.0, 0.0, 0.0, 0.5 * sign]);
         for length in [robot.velocity.len(), robot.effort.len(), robot.target.len()] {
             assert_eq!(length, 5);
@@ -68,7 +68,7 @@ fn names_are_looked_up_once_a_layout() {
     let simulation = simulation();
     let mut selection = Selection::new(vec![select("left", &["slide"])]);
     selection.states(&publish(&simulation, 1)).unwrap();
-    // Names that are there no longer: looking them up again would fail.
+    // A name that does not exist: looking it up again would fail.
     selection.wanted[0].robot = "missing".into();
     assert!(selection.states(&publish(&simulation, 2)).is_ok());
 }

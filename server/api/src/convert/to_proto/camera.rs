@@ -9,10 +9,10 @@ use simd_world::handle::{
     Planes, RendererStatus, intrinsics,
 };
 
-/// Of a message that is not the planes of a picture, at the most: names, and what frames them.
+/// Maximum bytes of a message beside the planes of a picture: names and framing.
 const BESIDE_PLANES: u64 = 4_096;
 
-/// A camera of a robot.
+/// Converts a camera of a robot.
 pub fn report(report: CameraReport) -> v1::CameraInfo {
     let CameraReport {
         name: CameraName { robot, sensor: name },
@@ -43,14 +43,14 @@ pub fn report(report: CameraReport) -> v1::CameraInfo {
     }
 }
 
-/// A renderer that is there.
+/// Converts an active renderer.
 pub fn renderer(status: RendererStatus) -> v1::RendererInfo {
     let RendererStatus { name, drawn, drawing, failed } = status;
     let drawing = u32::try_from(drawing).unwrap_or(u32::MAX);
     v1::RendererInfo { name: name.to_string(), drawn, drawing, failed }
 }
 
-/// What a camera saw.
+/// Converts a camera's picture.
 pub fn picture(picture: &Picture) -> v1::CameraPicture {
     let PictureView { width, height, lens, .. } = &picture.view;
     let robot = |of: &PictureRobot| {
@@ -89,7 +89,7 @@ fn numbers(Intrinsics { fx, fy, cx, cy }: Intrinsics) -> v1::CameraIntrinsics {
     v1::CameraIntrinsics { fx, fy, cx, cy }
 }
 
-/// What a renderer is to draw, where a message may have so many bytes.
+/// Converts a task for a renderer, where a message may have at most `message_bytes`.
 pub fn task(task: &PictureTask, message_bytes: u64) -> v1::PictureTask {
     let PictureTask { id, order, time_left } = task;
     let PictureView { width, height, lens, planes, light, background } = &order.view;

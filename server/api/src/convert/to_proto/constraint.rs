@@ -9,7 +9,7 @@ use simd_proto::v1;
 
 use super::geometry::{pose, vector};
 
-/// Constraints of a published state: all, or those on the robot at an index.
+/// Converts constraints of a published state: all, or those on the robot at an index.
 pub fn constraints(state: &PublishedState, only: Option<usize>) -> Vec<v1::Constraint> {
     let all = state.constraints.iter().zip(&state.constraint_states);
     let wanted = all.filter(|(of, _)| only.is_none_or(|only| of.robots().any(|robot| robot == only)));
@@ -85,7 +85,7 @@ fn end(
     let pose = Some(pose(frame));
     let Some((robot, link)) = link else { return v1::ConstraintEnd { pose, ..Default::default() } };
     let Some(entity) = state.world.entities.get(robot) else { return v1::ConstraintEnd::default() };
-    // Each joint has the link after it.
+    // Joint i moves link i + 1.
     let joint = link.checked_sub(1).filter(|_| is_gear).and_then(|joint| entity.model.joints.get(joint));
     v1::ConstraintEnd {
         robot: entity.name.clone(),

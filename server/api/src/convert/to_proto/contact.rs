@@ -10,13 +10,14 @@ use super::geometry::vector;
 use super::stamp;
 use simd_world::handle::Published;
 
-/// Those contact points of a published state of which `is_wanted`, by the indices of the two robots.
+/// Converts the contact points of a published state that `is_wanted` accepts by the indices of the two
+/// robots.
 pub fn contacts(state: &PublishedState, is_wanted: impl Fn([usize; 2]) -> bool) -> Vec<v1::Contact> {
     let wanted = state.contacts.iter().filter(|contact| is_wanted(contact.robots));
     wanted.map(|report| contact(state, report)).collect()
 }
 
-/// All contact points of a state, as a recording has them.
+/// Returns all contact points of a state, as a recording stores them.
 pub fn recorded(state: &Published) -> v1::GetContactsResponse {
     v1::GetContactsResponse {
         contacts: contacts(&state.state, |_| true),
@@ -45,7 +46,7 @@ fn contact(state: &PublishedState, report: &ContactReport) -> v1::Contact {
     }
 }
 
-/// What a ray met, if anything.
+/// Converts the hit of a ray, if any.
 pub fn hit(report: Option<RayReport>) -> v1::RayHit {
     let Some(RayReport { robot, link, point, normal, fraction }) = report else {
         return v1::RayHit::default();
@@ -53,7 +54,7 @@ pub fn hit(report: Option<RayReport>) -> v1::RayHit {
     v1::RayHit { hit: true, robot, link, fraction, point: Some(vector(point)), normal: Some(vector(normal)) }
 }
 
-/// A link's surface and groups; no numbers where it touches nothing.
+/// Converts a link's surface and groups; a link that cannot collide has no numbers.
 pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> v1::LinkProperties {
     v1::LinkProperties {
         link: link.to_owned(),
@@ -68,7 +69,7 @@ pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> 
     }
 }
 
-/// What a robot touches: its own pairs that are switched off or on, then those with others.
+/// Converts a robot's collision filter: pairs within the robot first, then pairs with other robots.
 pub fn collision_filter(state: &PublishedState, robot_index: usize) -> v1::GetCollisionFilterResponse {
     let link = |robot: usize, link: usize| {
         let entity = state.world.entities.get(robot)?;

@@ -1,4 +1,4 @@
-//! Answers of the entity service: what robots are, and what was found in a description.
+//! Answers of the entity service: robots, and reports about descriptions.
 
 use simd_core::simulation::published_state::{EntityLayout, PublishedState, RootState};
 use simd_model::robot::{JointKind, Link, Sha256};
@@ -11,7 +11,7 @@ use super::simulation::count;
 use simd_world::handle::{AssetState, Prepared};
 use simd_world::loading::{Phase, Progress};
 
-/// A robot in the world. `description` is the digest of its URDF.
+/// Converts a robot in the world. `description` is the digest of its URDF.
 pub fn entity_info(
     entity: &EntityLayout,
     root: Option<&RootState>,
@@ -29,7 +29,7 @@ pub fn entity_info(
     }
 }
 
-/// A robot as it would come into the world, by its own name and with its own base.
+/// Converts a robot that is not in the world, with its own name and its own base.
 pub fn described(model: &RobotModel, description: Sha256) -> v1::EntityInfo {
     let fixed = model.links.first().is_some_and(|root| root.name == "world");
     let base = if fixed { v1::Base::Fixed } else { v1::Base::Free };
@@ -41,7 +41,7 @@ pub fn described(model: &RobotModel, description: Sha256) -> v1::EntityInfo {
     }
 }
 
-/// What the model alone says.
+/// Converts the facts that the model has.
 fn of_model(model: &RobotModel) -> v1::EntityInfo {
     let mut parents = vec![""; model.links.len()];
     for joint in &model.joints {
@@ -88,7 +88,7 @@ fn link_info(link: &Link, parent: &str) -> v1::LinkInfo {
     }
 }
 
-/// World poses of a robot's links.
+/// Converts world poses of a robot's links.
 pub fn link_poses(state: &PublishedState, index: usize, entity: &EntityLayout) -> v1::RobotLinkPoses {
     let poses = state.link_poses(index).unwrap_or_default();
     v1::RobotLinkPoses {
@@ -99,7 +99,7 @@ pub fn link_poses(state: &PublishedState, index: usize, entity: &EntityLayout) -
     }
 }
 
-/// In the place of poses that the client has.
+/// Returns the answer that replaces poses that the client already has.
 pub fn unchanged_link_poses(entity: &EntityLayout) -> v1::RobotLinkPoses {
     v1::RobotLinkPoses {
         robot: entity.name.clone(),
@@ -109,7 +109,7 @@ pub fn unchanged_link_poses(entity: &EntityLayout) -> v1::RobotLinkPoses {
     }
 }
 
-/// How far a robot is.
+/// Converts the progress of a robot.
 pub fn progress(progress: &Progress) -> v1::LoadProgress {
     let phase = match progress.phase {
         Phase::Waiting => v1::LoadPhase::Waiting,
@@ -125,7 +125,7 @@ pub fn progress(progress: &Progress) -> v1::LoadProgress {
     }
 }
 
-/// What was done to a description.
+/// Converts the report about a description.
 pub fn report(report: LoadReport, summary: String) -> v1::LoadReport {
     let findings = report
         .findings
@@ -160,7 +160,7 @@ fn disposition(disposition: Disposition) -> v1::Disposition {
     }
 }
 
-/// A description that is kept, and what it needs.
+/// Converts a stored description, and the files that it needs.
 pub fn prepared(prepared: Prepared) -> v1::PrepareDescriptionResponse {
     let assets = prepared
         .assets

@@ -12,7 +12,7 @@ use simd_world::handle::{
     AuditedCall, BlockedJoint, LockstepChange, LogEvent, LoggedEvent, Pace, RecordingEnd,
 };
 
-/// Something that happened.
+/// Converts an event.
 pub fn event(logged: LoggedEvent) -> v1::Event {
     let (at, kind) = log_event(logged.what);
     v1::Event {
@@ -143,7 +143,7 @@ fn constraint_deletion(cause: ConstraintDeletion) -> v1::ConstraintDeletionCause
     }
 }
 
-/// Why a recording ended.
+/// Converts the cause of a recording's end.
 fn recording_end(cause: RecordingEnd) -> v1::RecordingEndCause {
     match cause {
         RecordingEnd::Stopped => v1::RecordingEndCause::Stopped,
@@ -154,7 +154,7 @@ fn recording_end(cause: RecordingEnd) -> v1::RecordingEndCause {
     }
 }
 
-/// Why a claim ended, and whose claim took over.
+/// Converts the cause of a claim's end, and the holder that took over.
 fn release_cause(cause: ReleaseCause) -> (v1::ReleaseCause, String) {
     match cause {
         ReleaseCause::Released => (v1::ReleaseCause::Released, String::new()),

@@ -1,4 +1,4 @@
-//! Answers about joints: what they are, and targets that were clamped.
+//! Answers about joints: their properties, and clamped targets.
 
 use simd_core::simulation::command::Clamped;
 use simd_core::simulation::joint_status::JointStatus;
@@ -12,8 +12,8 @@ use simd_proto::v1;
 use super::geometry::{self, vector};
 use super::simulation::count;
 
-/// The joints of the robot at an index of a published state. `status` has one for each
-/// joint of the robot's model.
+/// Converts the joints of the robot at an index of a published state. `status` has one entry for each joint
+/// of the robot's model.
 pub fn layout(
     state: &PublishedState,
     robot_index: usize,
@@ -81,7 +81,7 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
     }
 }
 
-/// Trajectories of a robot, or of all.
+/// Converts trajectories of a robot, or of all robots.
 pub fn trajectories(state: &PublishedState, robot: Option<usize>) -> Vec<v1::Trajectory> {
     let wanted = state.trajectories.iter().filter(|trajectory| robot.is_none_or(|it| it == trajectory.robot));
     wanted.filter_map(|trajectory| self::trajectory(state, trajectory)).collect()
@@ -149,7 +149,7 @@ fn gains((stiffness, damping): (f64, f64)) -> v1::JointGains {
     v1::JointGains { stiffness, damping }
 }
 
-/// What an actuator does.
+/// Converts the mode of an actuator.
 pub fn mode(mode: Mode) -> v1::JointMode {
     match mode {
         Mode::None => v1::JointMode::None,
@@ -161,7 +161,7 @@ pub fn mode(mode: Mode) -> v1::JointMode {
     }
 }
 
-/// A bit set of `JointFlag`.
+/// Returns a bit set of `JointFlag`.
 pub fn flags(flags: Flags) -> u32 {
     let bit = |set: bool, flag: v1::JointFlag| if set { flag as u32 } else { 0 };
     bit(flags.saturated, v1::JointFlag::Saturated)
@@ -169,7 +169,7 @@ pub fn flags(flags: Flags) -> u32 {
         | bit(flags.at_upper, v1::JointFlag::AtUpperLimit)
 }
 
-/// What keeps joints of a robot from their targets, of all or of some of its joints.
+/// Converts the obstructions that keep joints of a robot from their targets, for all or some of its joints.
 pub fn obstructions(
     state: &PublishedState,
     robot: usize,
@@ -189,7 +189,7 @@ pub fn obstructions(
     state.obstructions(robot).into_iter().filter(wanted).filter_map(named).collect()
 }
 
-/// Targets that lay beyond a limit.
+/// Converts targets that were beyond a limit.
 pub fn clamped(clamped: Vec<Clamped>) -> Vec<v1::ClampedTarget> {
     clamped
         .into_iter()

@@ -10,7 +10,7 @@ use simd_proto::v1;
 use super::geometry::pose_values;
 use super::simulation::count;
 
-/// Where the links of the robot at an index of a published state are and how they move.
+/// Converts poses and velocities of the links of the robot at an index of a published state.
 pub fn link_states(state: &PublishedState, index: usize, entity: &EntityLayout) -> v1::RobotLinkStates {
     let poses = state.link_poses(index).unwrap_or_default();
     let twists = state.link_twists(index).unwrap_or_default();
@@ -26,7 +26,7 @@ pub fn link_states(state: &PublishedState, index: usize, entity: &EntityLayout) 
     }
 }
 
-/// Columns, one to each velocity, as rows of numbers.
+/// Converts columns, one for each velocity, to rows of numbers.
 pub fn jacobian(columns: &[Spatial], stamp: v1::Stamp) -> v1::GetJacobianResponse {
     let rows = |part: fn(&Spatial) -> DVec3| {
         (0..3).flat_map(move |row| columns.iter().map(move |column| part(column)[row])).collect()
@@ -39,7 +39,7 @@ pub fn jacobian(columns: &[Spatial], stamp: v1::Stamp) -> v1::GetJacobianRespons
     }
 }
 
-/// The best that a search found.
+/// Converts the best solution of a search.
 pub fn found(found: IkSolution, stamp: v1::Stamp) -> v1::ComputeInverseKinematicsResponse {
     v1::ComputeInverseKinematicsResponse {
         positions: found.positions,

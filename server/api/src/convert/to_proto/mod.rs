@@ -1,4 +1,4 @@
-//! The daemon's own types to answers.
+//! Conversion of the daemon's own types to answers.
 
 pub mod camera;
 pub mod constraint;

@@ -5,7 +5,7 @@ use simd_proto::v1;
 use super::stamp;
 use simd_world::handle::{BoundQuantity, JointBinding, Parameter, ParameterKind, Published};
 
-/// A slider or a button.
+/// Converts a slider or a button.
 pub fn parameter(parameter: &Parameter) -> v1::Parameter {
     let kind = match parameter.kind {
         ParameterKind::Slider { minimum, maximum, value } => {
@@ -33,7 +33,7 @@ fn joint(binding: &JointBinding) -> v1::JointBinding {
     v1::JointBinding { robot: robot.clone(), joint: joint.clone(), axis: *axis, mode: mode.into() }
 }
 
-/// Some of a list, as it was beside this state of the world.
+/// Converts a list of parameters, as it was at this state of the world.
 pub fn list<'a>(
     version: u64,
     parameters: impl IntoIterator<Item = &'a Parameter>,

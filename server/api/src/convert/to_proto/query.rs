@@ -5,7 +5,7 @@ use simd_proto::v1;
 
 use super::geometry::vector;
 
-/// Where two links are nearest to each other.
+/// Converts the closest points of two links.
 pub fn closest(report: DistanceReport) -> v1::ClosestPoints {
     let DistanceReport { robots: [robot_a, robot_b], links: [link_a, link_b], points, normal, distance } =
         report;
@@ -21,7 +21,7 @@ pub fn closest(report: DistanceReport) -> v1::ClosestPoints {
     }
 }
 
-/// The box around a link of a robot.
+/// Converts the box around a link of a robot.
 pub fn bounds(robot: &str, (link, [lower, upper]): LinkBounds) -> v1::LinkBounds {
     v1::LinkBounds { robot: robot.to_owned(), link, lower: Some(vector(lower)), upper: Some(vector(upper)) }
 }

@@ -5,7 +5,7 @@ use simd_proto::v1;
 use super::stamp;
 use simd_world::handle::{RecordingContents, RecordingInfo, RecordingState};
 
-/// A recording on the disk.
+/// Converts a recording on the disk.
 pub fn recording(info: RecordingInfo) -> v1::Recording {
     let RecordingInfo { name, state, files, modified } = info;
     let state = match state {
@@ -22,7 +22,7 @@ pub fn recording(info: RecordingInfo) -> v1::Recording {
     }
 }
 
-/// A recording, and what is in it.
+/// Converts a recording and its contents.
 pub fn contents(info: RecordingInfo, contents: RecordingContents) -> v1::GetRecordingResponse {
     let RecordingContents { topics, duration } = contents;
     let topic = |(topic, schema, messages)| v1::RecordingTopic { topic, schema, messages };

@@ -1,4 +1,4 @@
-//! What rollouts gave.
+//! Results of rollouts.
 
 use simd_core::rollout::BatchResult;
 use simd_proto::v1;
@@ -6,16 +6,16 @@ use simd_proto::v1;
 use super::stamp;
 use simd_world::handle::{RolloutAnswer, RolloutStart};
 
-/// Copies that ended early whose reasons an answer has.
+/// Maximum number of early-ended copies whose reasons an answer has.
 const MOST_ENDED: usize = 16;
-/// Bytes of a reason at the most.
+/// Maximum length of a reason, bytes.
 const MOST_REASON: usize = 500;
 
 fn count(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }
 
-/// All but the arrays.
+/// Converts a result without its arrays.
 pub(crate) fn result(answer: &RolloutAnswer) -> v1::RolloutResult {
     let RolloutAnswer { shape, fingerprint, start, batches, seconds, .. } = answer;
     let start = match start {
@@ -45,11 +45,11 @@ pub(crate) fn result(answer: &RolloutAnswer) -> v1::RolloutResult {
     }
 }
 
-/// The arrays of an answer, in the order in which they are sent.
+/// Arrays of an answer, in sending order.
 pub(crate) const ARRAYS: [v1::RolloutArray; 3] =
     [v1::RolloutArray::States, v1::RolloutArray::Costs, v1::RolloutArray::StepCosts];
 
-/// The numbers that a batch has of an array.
+/// Returns the numbers of one array of a batch.
 pub(crate) fn numbers(batch: &BatchResult, array: v1::RolloutArray) -> &[f64] {
     match array {
         v1::RolloutArray::Unspecified => &[],

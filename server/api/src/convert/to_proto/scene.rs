@@ -1,4 +1,4 @@
-//! What is to be drawn of a robot: its shapes in one flat list, each with its link.
+//! Shapes of a robot for drawing, in one flat list, each with its link.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use simd_proto::v1;
 use super::geometry;
 use super::simulation::count;
 
-/// Visuals, collisions and colliders of a robot.
+/// Converts visuals, collisions and colliders of a robot.
 pub fn robot_scene(entity: &EntityLayout) -> v1::RobotScene {
     let links = || entity.model.links.iter().enumerate();
     v1::RobotScene {
@@ -29,7 +29,7 @@ pub fn robot_scene(entity: &EntityLayout) -> v1::RobotScene {
     }
 }
 
-/// A convex collider as Wavefront OBJ: metres, in the shape's own axes.
+/// Returns a convex collider as Wavefront OBJ: metres, in the shape's own axes.
 pub fn obj(mesh: &ConvexMesh) -> Vec<u8> {
     let mut text = String::new();
     for vertex in &mesh.vertices {
@@ -51,7 +51,7 @@ fn visual_shape(link: usize, visual: &Visual) -> v1::Shape {
     }
 }
 
-/// Absent where the whole picture is on each side.
+/// Converts how often a texture repeats; absent if the whole picture is on each side.
 fn texture_repeat(repeat: TextureRepeat) -> Option<v1::TextureRepeat> {
     let (TextureRepeat::Times([x, y]) | TextureRepeat::PerMetre([x, y])) = repeat;
     let per_metre = matches!(repeat, TextureRepeat::PerMetre(_));

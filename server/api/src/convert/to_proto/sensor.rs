@@ -14,11 +14,11 @@ use simd_world::handle::{
     ContactReading, LoggedReading, Measured, NamedContactPartner, Published, ReadingBatch, SensorReadings,
 };
 
-/// Why a camera has no readings.
+/// Reason why a camera has no readings.
 const PICTURES: &str =
     "a camera has pictures instead of readings: ask for them with GetPicture, or `simctl camera view`";
 
-/// A sensor of a published state, and the number of its newest reading.
+/// Converts a sensor of a published state; `last_sequence` is the number of its newest reading.
 pub fn info(state: &Published, sensor: &WorldSensor, last_sequence: u64) -> v1::SensorInfo {
     let is_camera = matches!(sensor.definition.kind, SensorKind::Camera(_));
     v1::SensorInfo {
@@ -53,7 +53,7 @@ fn definition(state: &Published, sensor: &WorldSensor) -> v1::Sensor {
     }
 }
 
-/// What a sensor measures.
+/// Converts the kind of a sensor.
 pub(super) fn kind(kind: SensorKind) -> Kind {
     match kind {
         SensorKind::Imu => Kind::Imu(v1::ImuSensor {}),
@@ -135,14 +135,14 @@ fn channel_noise(of: &ChannelNoise) -> v1::SensorNoise {
     }
 }
 
-/// Readings of one sensor.
+/// Converts readings of one sensor.
 pub fn readings(of: SensorReadings) -> v1::SensorReadings {
     let SensorReadings { robot, sensor, batch: ReadingBatch { readings, missed, after } } = of;
     let readings = readings.into_iter().map(reading).collect();
     v1::SensorReadings { robot, sensor, readings, missed, after_sequence: after }
 }
 
-/// A reading.
+/// Converts a reading.
 pub fn reading(of: LoggedReading) -> v1::SensorReading {
     let LoggedReading { sequence, sample, at, wall_time, state_sequence, measured } = of;
     v1::SensorReading {

@@ -20,7 +20,7 @@ use simd_world::{SimHandle, process};
 const FEATURES: [&str; 8] =
     ["claims", "events", "health", "kinematics", "parameters", "reflection", "saved_states", "wrenches"];
 
-/// Who answers.
+/// Describes this daemon, and the caller's rights.
 pub fn simulator_info(info: &DaemonInfo, grant: Option<&Grant>) -> v1::GetSimulatorInfoResponse {
     v1::GetSimulatorInfoResponse {
         simulator: "simd".to_owned(),
@@ -52,7 +52,7 @@ fn limits(limits: &DaemonLimits) -> v1::RequestLimits {
     }
 }
 
-/// Whether the world runs.
+/// Converts the run state of the world.
 pub fn run_state(state: RunState) -> v1::SimulationState {
     match state {
         RunState::Stopped => v1::SimulationState::Stopped,
@@ -61,7 +61,7 @@ pub fn run_state(state: RunState) -> v1::SimulationState {
     }
 }
 
-/// The settings in force.
+/// Converts the settings in force.
 pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
     let mode = match pace {
         Pace::RealTime { .. } => v1::PaceMode::RealTime,
@@ -88,7 +88,7 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
     }
 }
 
-/// How well the world keeps time.
+/// Converts statistics about how well the world keeps time.
 pub fn statistics(newest: &Published, now: &Statistics) -> v1::WorldStatistics {
     let entities = &newest.state.world.entities;
     let moving = entities
@@ -115,7 +115,7 @@ pub fn statistics(newest: &Published, now: &Statistics) -> v1::WorldStatistics {
     }
 }
 
-/// What the daemon does and needs, at this moment.
+/// Returns the daemon's present load and use of resources.
 pub fn daemon(handle: &SimHandle) -> v1::DaemonStatistics {
     let calls = handle.call_counts();
     let ended = || calls.iter().flat_map(|of| &of.ended);
@@ -140,7 +140,7 @@ fn histogram(counts: &Counts) -> v1::DurationHistogram {
     v1::DurationHistogram { sum: counts.sum, upper_bounds, counts: each }
 }
 
-/// A kept state. Nothing was published for its moment, so that it has no wall time.
+/// Converts a saved state. No state was published for its moment, so it has no wall time.
 pub fn saved_state(info: &SavedStateInfo, owner: Option<&Owner>) -> v1::SavedStateInfo {
     v1::SavedStateInfo {
         name: info.name.clone(),
@@ -150,12 +150,12 @@ pub fn saved_state(info: &SavedStateInfo, owner: Option<&Owner>) -> v1::SavedSta
     }
 }
 
-/// A number of things as the wire has it.
+/// Converts a count to the wire's type.
 pub(super) fn count(number: usize) -> u32 {
     u32::try_from(number).unwrap_or(u32::MAX)
 }
 
-/// Who steps the world together.
+/// Converts the members of the lockstep.
 pub fn lockstep_members(members: Vec<LockstepMember>) -> Vec<v1::LockstepMember> {
     let member = |LockstepMember { client, timeout, waits_for }: LockstepMember| v1::LockstepMember {
         client: client.to_string(),

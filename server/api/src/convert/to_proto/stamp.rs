@@ -1,4 +1,4 @@
-//! Moments to the wire.
+//! Conversion of moments to the wire.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -8,17 +8,18 @@ use simd_proto::v1;
 
 use simd_world::handle::{Done, Published};
 
-/// The moment of a published state.
+/// Returns the stamp of a published state.
 pub fn published(state: &Published) -> v1::Stamp {
     stamp(state.state.at, Some(state.wall_time), state.sequence)
 }
 
-/// The moment from which a command holds.
+/// Returns the stamp of the moment from which a command holds.
 pub fn done(done: &Done) -> v1::Stamp {
     stamp(done.applied.at, Some(done.wall_time), done.sequence)
 }
 
-/// A moment; `wall_time` and `sequence` of the state that was published then, where there was one.
+/// Returns the stamp of a moment; `wall_time` and `sequence` belong to the state published at that moment, if
+/// any.
 pub fn stamp(at: Moment, wall_time: Option<SystemTime>, sequence: u64) -> v1::Stamp {
     v1::Stamp {
         epoch: at.epoch,
@@ -29,7 +30,7 @@ pub fn stamp(at: Moment, wall_time: Option<SystemTime>, sequence: u64) -> v1::St
     }
 }
 
-/// Wall time; a clock that stands before 1970 reads as 1970.
+/// Converts wall time; a clock before 1970 reads as 1970.
 pub fn timestamp(time: SystemTime) -> Timestamp {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
     Timestamp {

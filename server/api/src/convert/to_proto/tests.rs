@@ -1,4 +1,4 @@
-//! What goes out, held against the world it came from.
+//! Answers, compared with the world they describe.
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::published_state::{Flags, Mode};

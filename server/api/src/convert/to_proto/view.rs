@@ -9,7 +9,7 @@ use simd_world::handle::{
     ViewCamera, ViewChange,
 };
 
-/// A marker, as it is at this time.
+/// Converts a marker, as it is at this time.
 pub fn marker(marker: &Marker, now: Instant) -> v1::Marker {
     let shape = match marker.shape.clone() {
         MarkerShape::Lines { points, colors, width } => {
@@ -38,7 +38,7 @@ pub fn marker(marker: &Marker, now: Instant) -> v1::Marker {
     }
 }
 
-/// What has changed for a page.
+/// Converts the changes for a page.
 pub fn change(change: &ViewChange, now: Instant) -> v1::NextViewResponse {
     v1::NextViewResponse {
         version: change.version,
@@ -60,14 +60,14 @@ fn link_color(robot: &str, link: &str, given: GivenColor) -> v1::LinkColor {
     v1::LinkColor { robot: robot.to_owned(), link: link.to_owned(), color, layout_version }
 }
 
-/// Where cameras are to be.
+/// Converts the requested camera.
 pub fn camera_target(target: CameraTarget) -> v1::CameraTarget {
     let CameraTarget { version, position, target, field_of_view } = target;
     let (position, target) = (Some(geometry::vector(position)), Some(geometry::vector(target)));
     v1::CameraTarget { version, position, target, field_of_view }
 }
 
-/// The camera of a page.
+/// Converts the camera of a page.
 pub fn page_camera(page: &PageCamera) -> v1::PageCamera {
     let ViewCamera { position, target, up, field_of_view, size: [width, height] } = page.camera;
     let camera = v1::ViewCamera {
@@ -86,7 +86,7 @@ pub fn page_camera(page: &PageCamera) -> v1::PageCamera {
     }
 }
 
-/// Something that was done in a page.
+/// Converts an input event of a page.
 pub fn input(event: &InputEvent) -> v1::InputEvent {
     let kind = match event.kind.clone() {
         InputKind::Key { key, code, is_down } => {

@@ -1,4 +1,4 @@
-//! Robots that come with progress, and whom they count for.
+//! Robots that are spawned with progress, and the accounts they count for.
 
 use futures_util::StreamExt as _;
 use simd_proto::v1::spawn_entity_with_progress_response::Event;
@@ -9,7 +9,7 @@ use simd_world::handle::testing::reading;
 
 type Answers = BoxStream<v1::SpawnEntityWithProgressResponse>;
 
-/// A robot that a client asks for.
+/// Spawns a robot for a client.
 async fn asked(service: &Service, client: &str) -> Answers {
     let urdf = br#"<robot name="box"><link name="base"/></robot>"#.to_vec();
     let source = v1::DescriptionSource {

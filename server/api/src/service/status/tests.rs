@@ -1,4 +1,4 @@
-//! Each refusal, its code, its reason and its details.
+//! Each refusal with its code, reason and details.
 
 use simd_core::Error;
 use simd_model::LoadReport;
@@ -10,7 +10,7 @@ fn text(text: &str) -> String {
     text.to_owned()
 }
 
-/// Each error once, with the code and the reason that `error.proto` gives it.
+/// Returns each error once, with its code and reason in `error.proto`.
 fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
     let (robot, joint, known) = (text("arm"), text("elbow"), vec![text("left")]);
     let message = text("a sentence");
@@ -271,7 +271,8 @@ fn the_state_that_is_wrong_is_named_without_its_prefix() {
 fn however_long_a_name_is_the_status_fits_into_headers() {
     let robot = "\u{e4}".repeat(100_000);
     let status = status(CallError::World(Error::RobotNotFound { robot, known: Vec::new() }));
-    // Each byte of the message may take three as percent-encoding, each of the details four thirds as base64.
+    // Each byte of the message takes up to three bytes in percent-encoding, each of the details four thirds
+    // in base64.
     assert!(status.message().len() * 3 + status.details().len() * 4 / 3 < 8 << 10);
     assert!(status.message().ends_with("..."));
 }

@@ -1,8 +1,9 @@
-//! Numbers that convert lets through and the world refuses, under the path of their field.
+//! Numbers that conversion accepts and the world refuses, under the path of their field.
 
 use super::*;
 
-/// The path that a world blames for what convert let through: one judge for each number.
+/// Returns the path that a world names for a number that conversion accepted: each number is checked in one
+/// place only.
 fn judged(command: Command) -> String {
     match test_world::simulation().apply(&command) {
         Err(simd_core::Error::InvalidValue { element, .. }) => element,
