@@ -1,8 +1,8 @@
-//! The thread that alone owns the world: it applies commands between steps, keeps
-//! the pace, and publishes what the world looks like.
+//! The physics thread, which alone owns the world: it applies commands between steps, keeps the pace, and
+//! publishes states.
 //!
-//! It is an OS thread and no task, it holds no lock across a step, and it waits
-//! for nothing but its mailbox and the clock.
+//! It is an OS thread and not a task. It holds no lock across a step, and it waits only for its mailbox and
+//! the clock.
 
 mod announcer;
 mod answers;
@@ -70,33 +70,34 @@ use published_state_cell::Publisher;
 use relay::Relay;
 use step_queue::StepQueue;
 
-/// The longest that the thread may look for a call before it waits, in microseconds.
+/// Maximum `spin_us`, microseconds.
 pub const MOST_SPIN_US: u64 = 1_000;
 
-/// How the driver drives.
+/// Settings of the driver.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
-    /// Calls that may wait for it.
+    /// Capacity of the mailbox, calls.
     pub mailbox: usize,
-    /// Calls that may wait for their steps.
+    /// Maximum number of calls that wait for their steps.
     pub waiting_steps: usize,
-    /// Events that are kept.
+    /// Number of events that are kept.
     pub events: usize,
-    /// What the thread asks of the system.
+    /// Real-time settings of the thread.
     pub real_time: RealTime,
-    /// Threads that a step may use; 0 leaves it to the daemon.
+    /// Threads that a step may use; 0 lets the daemon choose.
     pub step_threads: u32,
-    /// A caller whose call finds the driver idle does what it asks for on its own thread: for programs that have the
-    /// world in their process. Not where a step may use several threads, of which the physics thread is one.
+    /// Whether a caller that finds the driver idle executes its call on its own thread: for programs that
+    /// have the world in their process. It has no effect if steps may use several threads, since the physics
+    /// thread is one of them.
     pub callers_drive: bool,
-    /// Microseconds for which the thread looks for a call, and a caller for its answer, before it waits for one; 0 is not
-    /// at all.
+    /// Microseconds for which the thread polls for a call, and a caller for its answer, before it sleeps; 0
+    /// disables polling.
     pub spin_us: u32,
-    /// Wall time by which the world may be late before lag is dropped.
+    /// Longest lag behind the wall clock, beyond which lag is dropped.
     pub lag_limit: Duration,
-    /// What it begins in.
+    /// Initial run state.
     pub state: RunState,
-    /// What it begins with.
+    /// Initial pace.
     pub pace: Pace,
 }
 
@@ -117,27 +118,27 @@ impl Default for Config {
     }
 }
 
-/// What others hold of the driver.
+/// The driver's interface for other threads.
 #[derive(Clone, Debug)]
 pub struct Link {
-    /// Where calls go.
+    /// Mailbox for calls.
     pub(crate) mailbox: Mailbox,
-    /// Where states are read.
+    /// Published states.
     pub(crate) state_cell: Arc<PublishedStateCell>,
-    /// Where it says what happened.
+    /// Log of events.
     pub(crate) events: Arc<EventLog>,
-    /// Where readings of sensors are read.
+    /// Log of sensor readings.
     pub(crate) sensors: Arc<SensorLog>,
-    /// Where callers may drive.
+    /// Interface for callers that drive, if enabled.
     pub(crate) callers: Option<Arc<dyn Callers>>,
-    /// How long a caller looks for its answer before it waits for it.
+    /// Time for which a caller polls for its answer before it sleeps.
     pub(crate) spin: Duration,
 }
 
-/// Starts the thread, and tasks that wake readers of states, of events and of sensors.
+/// Starts the thread, and tasks that wake readers of states, events and sensors.
 ///
 /// # Errors
-/// Returns an error if the system gives no thread, and outside of a runtime.
+/// Returns an error if the system refuses the thread, or outside of a runtime.
 pub fn start(world: impl World, config: Config) -> std::io::Result<Link> {
     let runtime = tokio::runtime::Handle::try_current().map_err(std::io::Error::other)?;
     let (mut driver, mut link) = build(world, config);
@@ -146,7 +147,7 @@ pub fn start(world: impl World, config: Config) -> std::io::Result<Link> {
     let callers_drive = config.callers_drive && step_threads < 2;
     if config.real_time.priority > 0 && !callers_drive {
         let Link { state_cell, events, sensors, .. } = link.clone();
-        // All that may wait for an answer at one time.
+        // Maximum number of calls that can wait for an answer at one time.
         let room = config.mailbox.saturating_add(config.waiting_steps);
         driver.relay = Some(Relay::start((config.real_time, room), state_cell, events, sensors)?);
     }
@@ -178,10 +179,10 @@ pub fn start(world: impl World, config: Config) -> std::io::Result<Link> {
     Ok(link)
 }
 
-/// Warns where threads of steps that go before all others take every processor.
+/// Warns if prioritized step threads use every processor.
 fn warn_of_starvation(threads: usize, real_time: &RealTime) {
     let processors = std::thread::available_parallelism().map_or(usize::MAX, std::num::NonZero::get);
-    // With processors of their own they leave the others.
+    // Processors reserved for them leave the others free.
     let has_own = real_time.processors.numbers().next().is_some();
     if real_time.priority > 0 && !has_own && threads >= processors {
         tracing::warn!(
@@ -193,7 +194,7 @@ fn warn_of_starvation(threads: usize, real_time: &RealTime) {
     }
 }
 
-/// Lends the world threads beside the physics thread, which is the calling one.
+/// Gives the world other threads beside the calling physics thread.
 fn lend_threads(world: &mut impl World, config: Config) {
     let count = step_threads::count(config.step_threads, &config.real_time);
     match StepThreads::start(count, config.real_time) {
@@ -207,7 +208,7 @@ fn lend_threads(world: &mut impl World, config: Config) {
     }
 }
 
-/// A driver that does not run yet.
+/// Builds a driver without starting it.
 fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     let now = Instant::now();
     let (mailbox, mut inbox) = mailbox(config.mailbox);
@@ -244,17 +245,17 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     (driver, link)
 }
 
-/// Until it is asked to end or fails. A fault in the world ends the world; it
-/// must not leave its clients hanging, whatever else fails on the way.
+/// Runs until the driver is asked to end or fails. A panic ends the world, and its clients must still get an
+/// answer, even if the cleanup fails too.
 fn run<W: World>(mut driver: Driver<W>) {
-    // Last to be dropped.
+    // Must be dropped last.
     let ending = driver.inbox.ending();
     sharpen_timer();
     let outcome = catch_unwind(AssertUnwindSafe(|| driver.run()));
     finish(driver, &ending, outcome);
 }
 
-/// What comes after the last event, or after a panic.
+/// Cleans up after the last event, or after a panic.
 fn finish<W: World>(mut driver: Driver<W>, ending: &Ending, outcome: std::thread::Result<()>) {
     if outcome.is_ok() {
         driver.end_recorder_queue();
@@ -270,13 +271,13 @@ fn finish<W: World>(mut driver: Driver<W>, ending: &Ending, outcome: std::thread
         ending.fail(&failure);
         tracing::error!(%failure, "the physics thread panicked; the daemon ends");
     }
-    // Waiting callers find the reason.
+    // Set before waiting callers wake, so that they find the reason.
     ending.end();
     drop((inbox, steps));
 }
 
-/// Linux lets a sleeping thread sleep 50 us longer to save wake-ups; a step of
-/// 0.1 ms has no such time.
+/// Sets the finest timer slack. Linux lets a sleeping thread sleep up to 50 us longer to save wake-ups, which
+/// a step of 0.1 ms cannot afford.
 fn sharpen_timer() {
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {

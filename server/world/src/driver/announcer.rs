@@ -1,4 +1,5 @@
-//! News of the physics thread for many readers: it wakes one task, and that wakes the readers.
+//! Wakes many readers on news of the physics thread: the thread wakes one task, and the task wakes the
+//! readers.
 
 use std::future::poll_fn;
 use std::sync::OnceLock;
@@ -8,19 +9,19 @@ use std::thread::Thread;
 
 use futures_util::task::AtomicWaker;
 
-/// Counts what was handed over, and wakes the one task that announces it.
+/// Counts handed-over items, and wakes the one task that announces them.
 #[derive(Debug, Default)]
 pub(super) struct Announcer {
     handed_over: AtomicU64,
     task: AtomicWaker,
-    /// The thread that wakes the task, where the physics thread leaves that to one: see `relay`.
+    /// Thread that wakes the task in place of the physics thread, if any: see `relay`.
     relay: OnceLock<Thread>,
-    /// What the relay has woken the task for.
+    /// Value of `handed_over` at the relay's last wake.
     relayed: AtomicU64,
 }
 
 impl Announcer {
-    /// To be called after something was handed over. Waits for nothing.
+    /// Announces an item that was handed over, without waiting.
     pub(super) fn hand_over(&self) {
         self.handed_over.fetch_add(1, Ordering::Release);
         match self.relay.get() {
@@ -29,12 +30,12 @@ impl Announcer {
         }
     }
 
-    /// From now on this thread calls [`Announcer::relay`] when it is unparked.
+    /// Sets the thread that calls [`Announcer::relay`] from now on when it is unparked.
     pub(super) fn relay_by(&self, thread: Thread) {
         let _ = self.relay.set(thread);
     }
 
-    /// Wakes the task if something was handed over since the last time.
+    /// Wakes the task if an item was handed over since the last call.
     pub(super) fn relay(&self) {
         let handed_over = self.handed_over.load(Ordering::Acquire);
         if self.relayed.swap(handed_over, Ordering::Relaxed) != handed_over {
@@ -42,10 +43,10 @@ impl Announcer {
         }
     }
 
-    /// Waits until something was handed over since `announced`, which is then all of it.
+    /// Waits until an item was handed over since `announced`, and updates `announced`.
     pub(super) async fn next(&self, announced: &mut u64) {
         poll_fn(|context| {
-            // Before the look, so that what is handed over between the two wakes it.
+            // Registered before the look, so that an item handed over in between wakes the task.
             self.task.register(context.waker());
             let handed_over = self.handed_over.load(Ordering::Acquire);
             match std::mem::replace(announced, handed_over) == handed_over {

@@ -1,4 +1,4 @@
-//! What the driver answers its callers with, itself or by the [relay](super::relay).
+//! Answers to callers, sent by the driver itself or by the [relay](super::relay).
 
 use super::event::ReplyTo;
 use super::main_loop::Driver;
@@ -19,7 +19,7 @@ impl<W: World> Driver<W> {
         self.answer(Answer::Stepped(Addressed { reply, answer }));
     }
 
-    /// Ends all calls that wait for steps; `by` says what did.
+    /// Ends all calls that wait for steps; `by` names the cause.
     pub(super) fn supersede_steps(&mut self, by: &str) {
         while let Some((reply, superseded)) = self.steps.superseded(by) {
             self.answer_steps(reply, Err(superseded));

@@ -1,26 +1,26 @@
-//! How long calls may be served while a step is due: by time, since one call may take as long as a
-//! thousand others. Owns no clock: it is given the time.
+//! Limits the time for calls while a step is due. It limits time and not their number, since one call may
+//! take as long as a thousand others. It owns no clock: the caller passes the time.
 
 use std::time::{Duration, Instant};
 
-/// Calls take at most this part of a step's period from a step that is due.
+/// Maximum part of a step's period that calls take from a step that is due.
 const PART: f64 = 0.1;
-/// And at most this: a period may be minutes long.
+/// Maximum time that they take, since a period may be minutes long.
 const LONGEST: Duration = Duration::from_millis(20);
 
-/// Counts from when a step became due. A flood of calls does not stop the world, and a world that is
-/// always late does not stop the calls: one is served before each step.
+/// Measures time since a step became due. Many calls do not stop the world. A world that is always late does
+/// not stop the calls: at least one is served before each step.
 #[derive(Debug, Default)]
 pub(super) struct CallBudget {
-    /// Since when the step is due.
+    /// Time at which the step became due.
     due: Option<Instant>,
     /// Calls served since then.
     served: u64,
 }
 
 impl CallBudget {
-    /// Whether one more call may go before a step that is due `now`, where steps follow each other every
-    /// `period` seconds.
+    /// Returns whether another call may be served before a step that is due `now`, with steps every `period`
+    /// seconds.
     pub(super) fn may_serve(&mut self, now: Instant, period: f64) -> bool {
         let due = *self.due.get_or_insert(now);
         let most = Duration::try_from_secs_f64(period * PART).map_or(LONGEST, |most| most.min(LONGEST));
@@ -34,7 +34,7 @@ impl CallBudget {
         }
     }
 
-    /// The step begins.
+    /// Resets the budget, since the step begins.
     pub(super) fn step(&mut self) {
         *self = Self::default();
     }
@@ -56,7 +56,7 @@ mod tests {
         }
         assert!(!budget.may_serve(at(100), 1e-3));
         budget.step();
-        // A call that takes four tenths of a second has its successor wait for the step.
+        // After a call of four tenths of a second, the next one waits for the step.
         assert!(budget.may_serve(at(1_000), 1e-3));
         budget.served();
         assert!(!budget.may_serve(at(401_000), 1e-3));

@@ -1,9 +1,10 @@
-//! A driver that callers may run: one whose call finds it idle does what it asks for on its own thread, so that a call
-//! within the process hands nothing over to another thread and back.
+//! A driver that callers may run. A caller that finds it idle executes its call on its own thread. So a call
+//! within the process needs no switch to another thread and back.
 //!
-//! The driver lies in a lock. The thread that holds it does what is in the mailbox, in its order: the driver's own thread, which
-//! then waits outside of the lock, or a caller. A caller that finds the lock taken wakes the thread, which looks again
-//! once it has the lock; so no call is left behind. While the world plays, the thread keeps the lock.
+//! The driver is in a lock. The thread that holds the lock executes the mailbox in order. This is either the
+//! driver's own thread, which waits outside of the lock, or a caller. A caller that finds the lock taken
+//! wakes the driver's thread, which looks again once it has the lock, so no call is lost. While the world
+//! plays, the driver's thread keeps the lock.
 
 #[cfg(test)]
 mod tests;
@@ -21,22 +22,22 @@ use super::main_loop::Driver;
 use super::world::World;
 use crate::run_state::RunState;
 
-/// A caller drives for this long at the most; then the thread goes on, and the caller waits as others do, so that its
-/// time limit and its signals are looked at.
+/// Longest time for which a caller drives. Then the driver's thread continues, and the caller waits as others
+/// do, so that it notices its time limit and its signals.
 const LONGEST: Duration = Duration::from_millis(20);
 
-/// Where callers drive, whatever world it is.
+/// Interface for callers that drive, independent of the type of the world.
 pub(crate) trait Callers: fmt::Debug + Send + Sync {
-    /// Does what is in the mailbox until `is_answered`, or has the driver's thread do it.
+    /// Executes the mailbox until `is_answered`, or wakes the driver's thread for it.
     fn drive(&self, is_answered: &mut dyn FnMut() -> bool);
 
-    /// Says which thread is the driver's own, before the first call.
+    /// Sets the driver's own thread, before the first call.
     fn wakes(&self, thread: Thread);
 }
 
 /// A driver in its lock.
 pub(super) struct Shared<W> {
-    /// `None` once it has ended.
+    /// `None` once the driver has ended.
     driver: Mutex<Option<Owned<W>>>,
     thread: OnceLock<Thread>,
 }
@@ -59,11 +60,11 @@ impl<W: World> Shared<W> {
         Self { driver: Mutex::new(Some(Owned { driver, ending })), thread: OnceLock::new() }
     }
 
-    /// On the driver's thread, until the driver has ended.
+    /// Serves on the driver's thread until the driver ends.
     pub(super) fn serve(&self) {
         loop {
             {
-                // A panic within it is caught, so that it is never poisoned.
+                // Never poisoned in practice: a panic within the lock is caught.
                 let mut lock = self.driver.lock().unwrap_or_else(PoisonError::into_inner);
                 if run(&mut lock, |driver| {
                     let is_busy = driver.state == RunState::Playing || driver.has_work();
@@ -97,7 +98,7 @@ impl<W: World> Callers for Shared<W> {
         };
         let ends = Instant::now() + LONGEST;
         let ended = run(&mut lock, |driver| {
-            // In this order: whether it is answered takes the answer.
+            // The order matters: `is_answered` takes the answer.
             driver.has_work() && !is_answered() && Instant::now() < ends
         });
         let is_left = match lock.as_mut() {
@@ -115,7 +116,7 @@ impl<W: World> Callers for Shared<W> {
     }
 }
 
-/// Runs the driver while `goes_on`. `Break` where the driver has ended, by now or before.
+/// Runs the driver while `goes_on`. Returns `Break` if the driver has ended, now or before.
 fn run<W: World>(
     lock: &mut MutexGuard<'_, Option<Owned<W>>>,
     mut goes_on: impl FnMut(&mut Driver<W>) -> bool,

@@ -1,4 +1,4 @@
-//! Everything that can wake the driver.
+//! All events that can wake the driver.
 
 use std::sync::Arc;
 
@@ -12,97 +12,98 @@ use super::recorder_queue::{RecorderQueue, Sender};
 use crate::call_error::CallError;
 use crate::run_state::RunState;
 
-/// Where an answer goes. Each call gets exactly one; one that is dropped
-/// without an answer means that the driver has ended.
+/// Sender of an answer. Each call gets exactly one answer; a sender dropped without an answer means that the
+/// driver has ended.
 pub(crate) type ReplyTo<T> = oneshot::Sender<Result<T, CallError>>;
 
-/// What wakes the driver.
+/// Event that wakes the driver.
 #[derive(Debug)]
 pub(crate) enum Event {
-    /// It is time for a step. Not posted: the pace or a pending [`Event::Step`] makes it.
+    /// A step is due. Never posted: the pace or a pending [`Event::Step`] causes it.
     StepDue,
-    /// Change the world.
+    /// Changes the world.
     Command {
-        /// How.
+        /// Change.
         command: Command,
-        /// That its sender holds.
+        /// Claim of the sender.
         claim: Option<ClaimId>,
-        /// Who sends it.
+        /// Sender.
         sender: Sender,
-        /// Once it holds.
+        /// Receiver of the result, once the change holds.
         reply: ReplyTo<Done>,
     },
-    /// Play, pause or stop.
+    /// Plays, pauses or stops the world.
     SetState {
-        /// Which of them.
+        /// New run state.
         state: RunState,
-        /// That its sender holds.
+        /// Claim of the sender.
         claim: Option<ClaimId>,
-        /// Who sends it.
+        /// Sender.
         sender: Sender,
-        /// Once it holds.
+        /// Receiver of the result, once the state holds.
         reply: ReplyTo<Done>,
     },
-    /// Set targets and do steps, as fast as possible, while not playing: both or,
-    /// where one is refused, nothing.
+    /// Sets targets and makes steps, as fast as possible, while not playing. If either is refused, neither is
+    /// done.
     Step {
-        /// Applied when the event is handled.
+        /// Targets, applied when the event is handled.
         targets: Option<SetTargets>,
-        /// At least 1.
+        /// Number of steps, at least 1.
         steps: u64,
-        /// That its sender holds.
+        /// Claim of the sender.
         claim: Option<ClaimId>,
-        /// Who sends it.
+        /// Sender.
         sender: Sender,
-        /// After the last one; dropped by a caller who does not want them any more.
+        /// Receiver of the result after the last step; a caller that no longer wants it drops it.
         reply: ReplyTo<Stepped>,
     },
-    /// Set targets of a client that steps the world with others, for steps that come once all have asked: where those may
-    /// not be done, nothing.
+    /// Sets targets of a lockstep member; the steps follow once all members have asked. If those steps are
+    /// not allowed, the targets are refused.
     TargetsOfMember {
-        /// Applied when the event is handled.
+        /// Targets, applied when the event is handled.
         targets: SetTargets,
-        /// That their sender holds.
+        /// Claim of the sender.
         claim: Option<ClaimId>,
-        /// What the steps come with, a claim or none; `None` while one has yet to ask, who may come with one.
+        /// Claim that the steps will use, if any. The outer `None` means that it is unknown, since a member
+        /// that has yet to ask may bring one.
         steps_claim: Option<Option<ClaimId>>,
-        /// Who sends them.
+        /// Sender.
         sender: Sender,
-        /// Once they hold.
+        /// Receiver of the result, once the targets hold.
         reply: ReplyTo<Done>,
     },
-    /// Change how steps are done and when: both or, where one is refused, nothing.
+    /// Changes physics settings and pace. If either is refused, neither is changed.
     SetPhysics {
-        /// How.
+        /// Change of the settings.
         change: PhysicsChange,
-        /// When; its factor is checked before it gets here.
+        /// Change of the pace; its factor is checked before.
         pace: PaceChange,
-        /// That its sender holds.
+        /// Claim of the sender.
         claim: Option<ClaimId>,
-        /// Who sends it.
+        /// Sender.
         sender: Sender,
-        /// With what is in force from then on.
+        /// Receiver of the result, with the settings and the pace in force from then on.
         reply: ReplyTo<(Done, PhysicsSettings, Pace)>,
     },
-    /// Give a recorder everything from now on, or end what the present one gets.
+    /// Starts or ends a recording: the recorder gets all entries from now on.
     Record {
-        /// Where to; the first entry is the whole world.
+        /// Queue of the recorder, whose first entry is the whole world; `None` ends the present recording.
         queue: Option<Arc<RecorderQueue>>,
-        /// Once it holds, with the moment.
+        /// Receiver of the moment from which this holds.
         reply: ReplyTo<Moment>,
     },
-    /// Tell the whole state, which the published one is a part of: for copies of the world that run on from it.
+    /// Requests the whole state, of which the published one is a part: for copies of the world.
     WholeState {
-        /// With the published state of the same moment.
+        /// Receiver of the whole state, with the published state of the same moment.
         reply: ReplyTo<(Saved, Arc<Published>)>,
     },
-    /// End.
+    /// Ends the driver.
     Shutdown,
 }
 
 impl Event {
-    /// Whether a step that takes long is interrupted for it: it ends the step's use, or is how a person gets
-    /// out of a world that is too slow. All else waits for the step.
+    /// Returns whether the event interrupts a long step. Such events make the step's result useless, or let a
+    /// person stop a world that is too slow. All others wait for the step.
     pub(crate) fn interrupts(&self) -> bool {
         match self {
             Self::SetState { state: RunState::Paused | RunState::Stopped, .. } => true,
@@ -117,7 +118,7 @@ impl Event {
             | Self::SetPhysics { .. }
             | Self::Record { .. }
             | Self::WholeState { .. }
-            // A flag beside it ends the step.
+            // A separate flag ends the step.
             | Self::Shutdown => false,
         }
     }

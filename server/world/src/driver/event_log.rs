@@ -1,8 +1,8 @@
-//! What happened, numbered without holes; the last 1,024 are kept, or fewer where they are long.
+//! Log of events, numbered without gaps. It keeps the last 1,024, or fewer if they are long.
 //!
-//! Events come through a queue without a lock: who logs one, the driver before all, waits for no reader. Readers hold the
-//! lock of what is kept, and move to it what waits in the queue before they look. One task does the same for readers that
-//! wait, and wakes them.
+//! Events arrive through a queue without a lock, so their writers, above all the driver, wait for no reader.
+//! Readers lock the kept events, and first move the queued events to them. One task does the same for waiting
+//! readers, and wakes them.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -19,93 +19,93 @@ use super::announcer::Announcer;
 use super::published::Pace;
 use crate::run_state::RunState;
 
-/// Bytes of names and sentences in all of them: so many fit in one message.
+/// Maximum bytes of names and sentences in all kept events, so that they fit in one message.
 const MAX_BYTES: usize = 2 << 20;
-/// Events that may wait in the queue: more than one command makes happen.
+/// Capacity of the queue, events: more than one command causes.
 const MOST_WAITING: usize = 4_096;
 
-/// Something that happened, with its number.
+/// An event with its number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedEvent {
-    /// From 1, without holes.
+    /// Number, from 1 without gaps.
     pub sequence: u64,
-    /// When it was logged.
+    /// Wall time at which it was logged.
     pub wall_time: SystemTime,
-    /// Of the newest state that was published by then.
+    /// Sequence of the newest state published by then.
     pub state_sequence: u64,
-    /// What it was.
+    /// Event.
     pub what: LogEvent,
 }
 
-/// What can happen.
+/// Kinds of events.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LogEvent {
-    /// In the world. Never `EventKind::PhysicsChanged`; see [`LogEvent::PhysicsChanged`].
+    /// Event in the world. Never `EventKind::PhysicsChanged`; see [`LogEvent::PhysicsChanged`].
     World(Event),
-    /// To how it is stepped, by the world or by the driver.
+    /// Settings or pace changed, by the world or by the driver.
     PhysicsChanged {
-        /// When.
+        /// Moment of the change.
         at: Moment,
-        /// In force from then on.
+        /// Settings in force from then on.
         settings: PhysicsSettings,
-        /// In force from then on.
+        /// Pace in force from then on.
         pace: Pace,
     },
-    /// To whether it runs.
+    /// The run state changed.
     StateChanged {
-        /// When.
+        /// Moment of the change.
         at: Moment,
-        /// From then on.
+        /// State from then on.
         state: RunState,
     },
-    /// To who steps it together.
+    /// The members of the lockstep changed.
     LockstepChanged {
-        /// When.
+        /// Moment of the change.
         at: Moment,
-        /// As the member calls itself; empty where it does not.
+        /// Name of the member as it calls itself; empty if it gives none.
         client: Arc<str>,
-        /// Whether it came or went, and why.
+        /// Cause of the change.
         change: LockstepChange,
-        /// From then on.
+        /// Number of members from then on.
         members: usize,
     },
-    /// It could not keep up.
+    /// The world could not keep up.
     Overrun {
-        /// When.
+        /// Moment of the report.
         at: Moment,
-        /// Wall seconds, since the event of this kind before.
+        /// Dropped lag since the previous event of this kind, wall seconds.
         dropped_lag: f64,
     },
     /// A contact keeps a driven joint from its target.
     JointBlocked {
-        /// When.
+        /// Moment of the report.
         at: Moment,
-        /// Which joint, and what blocks it.
+        /// The joint, and the link that blocks it.
         blocked: Box<BlockedJoint>,
     },
     /// A recording began.
     RecordingStarted {
-        /// When.
+        /// Moment of its start.
         at: Moment,
-        /// What it is called.
+        /// Name of the recording.
         recording: String,
     },
     /// A recording ended.
     RecordingEnded {
-        /// When.
+        /// Moment of its end.
         at: Moment,
-        /// What it is called.
+        /// Name of the recording.
         recording: String,
-        /// Why.
+        /// Cause.
         cause: RecordingEnd,
-        /// The same, as a sentence.
+        /// Cause as a sentence.
         message: String,
     },
-    /// A client called a method that does not only read.
+    /// A client called a method that changes something.
     Called {
-        /// When.
+        /// Moment of the call.
         at: Moment,
-        /// Who called what, and what became of it.
+        /// The call, its caller and its outcome.
         call: Box<AuditedCall>,
     },
 }
@@ -113,43 +113,43 @@ pub enum LogEvent {
 /// A joint that a contact keeps from its target.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BlockedJoint {
-    /// The joint's robot.
+    /// Robot of the joint.
     pub robot: String,
-    /// The joint.
+    /// Name of the joint.
     pub joint: String,
-    /// The robot that blocks it, which may be the same one.
+    /// Robot that blocks it, which may be the same one.
     pub by_robot: String,
-    /// That robot's link; empty if it has one alone.
+    /// Link that blocks it; empty if that robot has only one.
     pub by_link: String,
 }
 
-/// Who did what.
+/// A call with its caller and outcome.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AuditedCall {
-    /// Whose token it was.
+    /// Name of the caller's token.
     pub token: String,
-    /// As the client calls itself; empty where it does not.
+    /// Name of the client as it calls itself; empty if it gives none.
     pub client: String,
-    /// The other end of its way.
+    /// Address of the client.
     pub peer: String,
-    /// By its name.
+    /// Name of the transport.
     pub transport: &'static str,
     /// `SERVICE/METHOD`.
     pub method: String,
-    /// That it concerns.
+    /// Robots that the call concerns.
     pub robots: Vec<String>,
-    /// Of gRPC; 0 is OK.
+    /// Status code of gRPC; 0 is OK.
     pub code: i32,
-    /// As the schema names it without its prefix; empty for none.
+    /// Reason as the schema names it, without its prefix; empty for none.
     pub reason: &'static str,
 }
 
-/// Why a recording ended.
+/// Cause of a recording's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingEnd {
     /// A client stopped it.
     Stopped,
-    /// It, or all of them together, reached a limit.
+    /// The recording, or all recordings together, reached a limit.
     LimitReached,
     /// It could not be written, for instance because the disk is full.
     WriteFailed,
@@ -159,40 +159,40 @@ pub enum RecordingEnd {
     DaemonEnded,
 }
 
-/// Why a client came to those that step the world together, or went.
+/// Cause of a change of the lockstep's members.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LockstepChange {
-    /// It joined.
+    /// The client joined.
     Joined,
-    /// It left.
+    /// The client left.
     Left,
-    /// It did not ask for its next step in its time.
+    /// The client did not ask for its next step in time.
     TimedOut,
-    /// Its connection ended.
+    /// The client's connection ended.
     Disconnected,
 }
 
 /// Events after a number.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EventBatch {
-    /// In order.
+    /// Events, in order.
     pub events: Vec<LoggedEvent>,
-    /// Events after that number that are gone.
+    /// Number of events after the requested number that are no longer kept.
     pub missed: u64,
-    /// Of the newest event there is.
+    /// Number of the newest event.
     pub last_sequence: u64,
 }
 
-/// The last events, for any number of readers.
+/// Log of the last events, for any number of readers.
 #[derive(Debug)]
 pub(crate) struct EventLog {
-    /// How many are kept.
+    /// Maximum number of kept events.
     limit: usize,
-    /// The last number that was given.
+    /// Last assigned number.
     numbered: AtomicU64,
     arrived: ArrayQueue<Arc<LoggedEvent>>,
     announcer: Announcer,
-    /// Held for a look, never while an event is logged or copied.
+    /// Locked for a look, but never while an event is logged or copied.
     kept: Mutex<Kept>,
     grown: Notify,
 }
@@ -200,15 +200,15 @@ pub(crate) struct EventLog {
 #[derive(Debug, Default)]
 struct Kept {
     events: VecDeque<Arc<LoggedEvent>>,
-    /// Those that came before the event that has the number before theirs, which is on its way.
+    /// Events that arrived before the event with the preceding number, which is still on its way.
     early: BTreeMap<u64, Arc<LoggedEvent>>,
-    /// Of all events that are kept.
+    /// Bytes of all kept events.
     bytes: usize,
     last_sequence: u64,
 }
 
 impl EventLog {
-    /// Keeps the last so many.
+    /// Makes a log that keeps the last `limit` events.
     pub(crate) fn new(limit: usize) -> Self {
         Self {
             limit,
@@ -224,7 +224,7 @@ impl EventLog {
         &self.announcer
     }
 
-    /// Appends an event; gives it with its number.
+    /// Appends an event, and returns it with its number.
     pub(crate) fn push(
         &self,
         wall_time: SystemTime,
@@ -234,7 +234,7 @@ impl EventLog {
         let sequence = self.numbered.fetch_add(1, Ordering::Relaxed) + 1;
         let event = Arc::new(LoggedEvent { sequence, wall_time, state_sequence, what });
         let mut waiting = Arc::clone(&event);
-        // There is no room only where the announcer has had no turn for thousands of events.
+        // The queue is full only if the announcer has not run for thousands of events.
         while let Err(full) = self.arrived.push(waiting) {
             waiting = full;
             drop(self.collected());
@@ -243,7 +243,7 @@ impl EventLog {
         event
     }
 
-    /// What is kept, with all that was handed over by now.
+    /// Locks the kept events, after adding all queued ones.
     fn collected(&self) -> MutexGuard<'_, Kept> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         while let Some(event) = self.arrived.pop() {
@@ -253,22 +253,22 @@ impl EventLog {
         kept
     }
 
-    /// Wakes readers, as long as it is polled. One task does so.
+    /// Wakes readers while it is polled, by one task.
     pub(crate) async fn announce(&self) {
         let mut announced = 0;
         loop {
             self.announcer.next(&mut announced).await;
             drop(self.collected());
             self.grown.notify_waiters();
-            // A world in which something happens at each step would leave this thread to nothing else.
+            // A world with an event at each step would otherwise occupy this thread alone.
             tokio::task::yield_now().await;
         }
     }
 
-    /// Events after a number, at once.
+    /// Returns the events after a number, at once.
     pub(crate) fn after(&self, sequence: u64) -> EventBatch {
         let kept = self.collected();
-        // A number from before a restart of the daemon may lie ahead.
+        // A number from before a restart of the daemon may be larger.
         let wanted = kept.last_sequence.saturating_sub(sequence);
         let there = wanted.min(kept.events.len() as u64);
         let skipped = kept.events.len() - there as usize;
@@ -278,7 +278,7 @@ impl EventLog {
         EventBatch { events: events.into_iter().map(Arc::unwrap_or_clone).collect(), missed, last_sequence }
     }
 
-    /// Events after a number, waiting for the first.
+    /// Returns the events after a number, waiting for the first one.
     pub(crate) async fn next(&self, after: u64, timeout: Duration) -> EventBatch {
         let wait = async {
             loop {
@@ -298,13 +298,13 @@ impl EventLog {
 }
 
 impl Kept {
-    /// Appends those that come next, and drops the oldest beyond the limits.
+    /// Appends the next events in order, and drops the oldest beyond the limits.
     fn append(&mut self, limit: usize) {
         while let Some(event) = self.early.remove(&(self.last_sequence + 1)) {
             self.last_sequence = event.sequence;
             self.bytes += bytes_of(&event.what);
             self.events.push_back(event);
-            // The newest stays, however long it is.
+            // The newest stays, whatever its length.
             while self.events.len() > limit || (self.bytes > MAX_BYTES && self.events.len() > 1) {
                 self.bytes -= self.events.pop_front().map_or(0, |gone| bytes_of(&gone.what));
             }
@@ -312,7 +312,7 @@ impl Kept {
     }
 }
 
-/// Of what is as long as clients and descriptions make it.
+/// Returns the bytes of names and sentences, whose length clients and descriptions determine.
 fn bytes_of(what: &LogEvent) -> usize {
     let event = match what {
         LogEvent::World(event) => event,

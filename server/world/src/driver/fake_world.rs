@@ -1,5 +1,5 @@
-//! Worlds for tests: one that counts steps, remembers commands, and panics when asked to; one whose step
-//! does not end.
+//! Worlds for tests. One counts steps, remembers commands, and panics when asked to; one has a step that does
+//! not end.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -13,21 +13,21 @@ use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, Publish
 
 use super::world::World;
 
-/// See the module.
+/// A world that counts steps, remembers commands, and panics when asked to.
 #[derive(Debug, Default)]
 pub struct FakeWorld {
     now: Moment,
     settings: PhysicsSettings,
     events: Vec<Event>,
     panics_at: Option<u64>,
-    /// Called in the midst of each step that can be interrupted.
+    /// Function called within each interruptible step.
     pub step_hook: Option<StepHook>,
     panics_when_dropped: bool,
-    /// Each command that was applied, with its step.
+    /// Applied commands, each with its step.
     pub applied: Arc<Mutex<Vec<(u64, Command)>>>,
 }
 
-/// Is given what asks for an interruption, and says whether the step is to be done.
+/// Function that gets the interrupt of a step, and returns whether the step is completed.
 pub struct StepHook(pub Box<dyn FnMut(&Interrupt<'_>) -> bool + Send>);
 
 impl std::fmt::Debug for StepHook {
@@ -37,14 +37,14 @@ impl std::fmt::Debug for StepHook {
 }
 
 impl FakeWorld {
-    /// A world that fails in this step.
+    /// Makes a world that panics in this step.
     pub fn panicking_at(step: u64) -> Self {
         let mut fake = Self::default();
         fake.panics_at = Some(step);
         fake
     }
 
-    /// The same, and cleaning up after it fails too.
+    /// Makes a world that panics in this step, and again when it is dropped.
     pub fn panicking_twice_at(step: u64) -> Self {
         let mut fake = Self::panicking_at(step);
         fake.panics_when_dropped = true;
@@ -52,12 +52,12 @@ impl FakeWorld {
     }
 }
 
-/// A command that the fake world applies and does nothing for.
+/// Returns a command that the fake world accepts, without effect.
 pub fn nothing() -> Command {
     Command::SetTargets(Default::default())
 }
 
-/// A command that the fake world refuses.
+/// Returns a command that the fake world refuses.
 pub fn refused() -> Command {
     Command::Delete { robot: "missing".into() }
 }
@@ -89,7 +89,7 @@ impl World for FakeWorld {
                 }
                 Reply::Reset { deleted: Vec::new() }
             }
-            // Those that name no robot change the law of no joint.
+            // Targets without a robot change no joint's control law.
             Command::SetTargets(targets) => {
                 Reply::Targets { clamped: Vec::new(), changed_law: !targets.robots.is_empty() }
             }
@@ -133,7 +133,7 @@ impl World for FakeWorld {
     }
 }
 
-/// A real world whose first step begins and does not end before it is let go.
+/// A real world whose first step does not end until the test releases it.
 #[derive(Debug)]
 pub struct BlockedWorld {
     world: Simulation,
@@ -142,7 +142,8 @@ pub struct BlockedWorld {
 }
 
 impl BlockedWorld {
-    /// The world, what says that the step began, and what lets it go when it is dropped.
+    /// Returns the world, a receiver that reports the step's begin, and a sender that releases the step when
+    /// dropped.
     pub fn new(world: Simulation) -> (Self, Receiver<()>, Sender<()>) {
         let (begins, has_begun) = channel();
         let (let_go, ends) = channel();

@@ -1,31 +1,31 @@
-//! When a step can be interrupted, so that pausing, stopping, deleting, resetting and ending work however long
-//! a step takes. Owns no clock: it is given the time.
+//! Decides when a step can be interrupted, so that pausing, stopping, deleting, resetting and ending work
+//! during a step of any duration. It owns no clock: the caller passes the time.
 
 use std::time::Duration;
 
 use simd_core::Command;
 
-/// A step that took longer is followed by one that can be interrupted, which costs a copy of the world's state.
+/// Duration beyond which the next step is interruptible, which costs a copy of the world's state.
 const SLOW: Duration = Duration::from_millis(50);
-/// A step runs at least for so long before it is interrupted.
+/// Time for which a step runs at least before it is interrupted.
 const LEAST: Duration = Duration::from_millis(50);
-/// The longest of such times is this many doublings long: beyond any step.
+/// Maximum number of doublings of that time: longer than any step.
 const DOUBLINGS: u32 = 20;
 
-/// What is known of steps that take long.
+/// Knowledge about steps that take long.
 ///
-/// An interrupted step is put back and begins anew. Each time in a row that this happens, the step is left
-/// alone for twice as long as the time before: a client that interrupts without end makes the world slower by
-/// a factor, and does not stop it.
+/// An interrupted step is undone and restarted. After each interruption in a row, the step is left alone for
+/// twice the previous time. So a client that interrupts without end slows the world by a factor, and does not
+/// stop it.
 #[derive(Debug)]
 pub(super) struct LongSteps {
-    /// The next step may take long.
+    /// Whether the next step may take long.
     is_expected: bool,
-    /// Attempts at the present step that were interrupted.
+    /// Number of interrupted attempts at the present step.
     interrupted: u32,
-    /// How long the last of them had run.
+    /// Time that the last of them had run.
     ran: Duration,
-    /// How long the first attempt at a step is left alone.
+    /// Time for which the first attempt at a step is left alone.
     least: Duration,
 }
 
@@ -36,46 +36,47 @@ impl Default for LongSteps {
 }
 
 impl LongSteps {
-    /// Whether the next step is to be one that can be interrupted.
+    /// Returns whether the next step must be interruptible.
     pub(super) fn is_expected(&self) -> bool {
         self.is_expected
     }
 
-    /// How long the next attempt is left alone.
+    /// Returns the time for which the next attempt is left alone.
     pub(super) fn uninterrupted(&self) -> Duration {
         self.least * 2_u32.pow(self.interrupted.min(DOUBLINGS))
     }
 
-    /// How long the last attempt at the present step had run when it was interrupted.
+    /// Returns how long the last attempt at the present step ran before its interruption.
     pub(super) fn ran(&self) -> Duration {
         self.ran
     }
 
-    /// A command was applied.
+    /// Notes that a command was applied.
     pub(super) fn applied(&mut self, command: &Command) {
         self.is_expected |= may_make_steps_long(command);
     }
 
-    /// A step is done.
+    /// Notes that a step was completed.
     pub(super) fn ended(&mut self, took: Duration) {
         *self = Self { is_expected: took > SLOW, interrupted: 0, ran: Duration::ZERO, least: self.least };
     }
 
-    /// A step was put back after this time.
+    /// Notes that a step was undone after this time.
     pub(super) fn interrupted(&mut self, ran: Duration) {
         self.is_expected = true;
         self.interrupted += 1;
         self.ran = ran;
     }
 
-    /// Interrupts at once, the first time.
+    /// Lets the first attempt be interrupted at once.
     #[cfg(test)]
     pub(super) fn interrupt_at_once(&mut self) {
         self.least = Duration::ZERO;
     }
 }
 
-/// Whether the step after it may take much longer than the one before: more may touch then.
+/// Returns whether a step after this command may take much longer than the one before, since more bodies may
+/// touch.
 fn may_make_steps_long(command: &Command) -> bool {
     match command {
         Command::Spawn(_)

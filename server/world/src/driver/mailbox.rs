@@ -1,7 +1,7 @@
-//! The one queue to the driver: bounded, and a full one refuses at once.
+//! The one queue to the driver: bounded, and it refuses at once when full.
 //!
-//! It has no lock. The physics thread may have a real-time priority: it would wait for a client's thread that was taken
-//! off its processor while it held one, for as long as the scheduler lets others run before that.
+//! It has no lock. The physics thread may have a real-time priority. It would wait for a client's thread that
+//! the scheduler suspended while it held a lock, for as long as other threads run before it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -14,11 +14,11 @@ use tokio_util::sync::CancellationToken;
 use super::event::Event;
 use crate::call_error::CallError;
 
-/// The end that calls are posted into.
+/// Posting end.
 #[derive(Clone, Debug)]
 pub(crate) struct Mailbox {
     shared: Arc<Shared>,
-    /// Shared by all that can post.
+    /// Shared by all posting ends.
     _posters: Arc<Posters>,
 }
 
@@ -26,37 +26,37 @@ pub(crate) struct Mailbox {
 #[derive(Debug)]
 pub(crate) struct Inbox {
     shared: Arc<Shared>,
-    /// How long the reader looks for a call before it waits for one.
+    /// Time for which the reader polls for a call before it sleeps.
     spin: Duration,
 }
 
-/// Ends the driver when the last of them is gone.
+/// Ends the driver when the last poster is dropped.
 #[derive(Debug)]
 struct Posters(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
     calls: ArrayQueue<Event>,
-    /// The one that waits for calls.
+    /// Thread that waits for calls.
     reader: OnceLock<Thread>,
-    /// There is no [`Mailbox`] any more.
+    /// Whether the last [`Mailbox`] is gone.
     has_no_posters: AtomicBool,
-    /// There is no [`Inbox`] any more.
+    /// Whether the [`Inbox`] is gone.
     has_no_reader: AtomicBool,
     refusals: AtomicU64,
-    /// Calls in it.
+    /// Number of queued calls.
     waiting: AtomicUsize,
-    /// Calls in it that interrupt a step.
+    /// Number of queued calls that interrupt a step.
     interrupting: AtomicUsize,
-    /// The driver ends before its next event.
+    /// Whether the driver ends before its next event.
     closing: AtomicBool,
-    /// Cancelled when the driver has ended, well or not.
+    /// Cancelled when the driver has ended, with or without a panic.
     ended: CancellationToken,
-    /// What it panicked with.
+    /// Message of the driver's panic.
     failure: OnceLock<String>,
 }
 
-/// A mailbox for `capacity` calls.
+/// Returns a mailbox for `capacity` calls.
 pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
     let shared = Arc::new(Shared {
         calls: ArrayQueue::new(capacity.max(1)),
@@ -82,7 +82,7 @@ impl Shared {
         }
     }
 
-    /// Drops what waits: its callers get an answer that way.
+    /// Drops the queued calls, whose callers thereby get an answer.
     fn clear(&self) {
         while self.calls.pop().is_some() {}
     }
@@ -103,16 +103,16 @@ impl Drop for Inbox {
 }
 
 impl Mailbox {
-    /// Posts without ever waiting.
+    /// Posts a call without waiting.
     pub(crate) fn post(&self, event: Event) -> Result<(), CallError> {
         self.put(event)?;
         self.shared.wake();
         Ok(())
     }
 
-    /// The same, and wakes nothing: the poster looks for who takes it.
+    /// Like `post`, without waking the reader: the poster drives itself.
     pub(crate) fn put(&self, event: Event) -> Result<(), CallError> {
-        // Before it is in, so that it is never taken out uncounted.
+        // Counted before the push, so that no uncounted call is taken.
         let interrupting = usize::from(event.interrupts());
         self.shared.interrupting.fetch_add(interrupting, Ordering::Relaxed);
         self.shared.waiting.fetch_add(1, Ordering::Relaxed);
@@ -129,7 +129,7 @@ impl Mailbox {
             self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
             return Err(refused);
         }
-        // Its reader may have gone meanwhile, and then has not seen it.
+        // The reader may have ended in the meantime without seeing the call.
         if self.shared.has_no_reader.load(Ordering::SeqCst) {
             self.shared.clear();
             return Err(self.end());
@@ -137,38 +137,38 @@ impl Mailbox {
         Ok(())
     }
 
-    /// Says which thread waits for calls, before the first is posted.
+    /// Sets the thread that waits for calls, before the first is posted.
     pub(crate) fn wakes(&self, reader: Thread) {
         let _ = self.shared.reader.set(reader);
     }
 
-    /// Ends the driver after the step that it is in.
+    /// Ends the driver after its present step.
     pub(crate) fn close(&self) {
         self.shared.closing.store(true, Ordering::Release);
         self.shared.wake();
     }
 
-    /// Calls that found it full.
+    /// Returns the number of calls that found the mailbox full.
     pub(crate) fn refusals(&self) -> u64 {
         self.shared.refusals.load(Ordering::Relaxed)
     }
 
-    /// Calls in it.
+    /// Returns the number of queued calls.
     pub(crate) fn waiting(&self) -> usize {
         self.shared.waiting.load(Ordering::Relaxed)
     }
 
-    /// Cancelled when the driver has ended, well or not.
+    /// Returns the token that is cancelled when the driver has ended, with or without a panic.
     pub(crate) fn ended(&self) -> &CancellationToken {
         &self.shared.ended
     }
 
-    /// What the driver failed with, if it did.
+    /// Returns the message of the driver's panic, if any.
     pub(crate) fn failure(&self) -> Option<&str> {
         self.shared.failure.get().map(String::as_str)
     }
 
-    /// Why a driver that has ended gives no answer.
+    /// Returns the error for calls to a driver that has ended.
     pub(crate) fn end(&self) -> CallError {
         match self.failure() {
             Some(failure) => CallError::Internal { message: format!("the physics thread ended: {failure}") },
@@ -178,7 +178,7 @@ impl Mailbox {
 }
 
 impl Inbox {
-    /// What waits already.
+    /// Takes a queued event, without waiting.
     pub(crate) fn try_next(&self) -> Option<Event> {
         if self.is_closing() {
             return Some(Event::Shutdown);
@@ -186,18 +186,18 @@ impl Inbox {
         if let Some(event) = self.shared.calls.pop() {
             return Some(self.taken(event));
         }
-        // What was posted last came before its poster went.
+        // The last call of a poster was queued before the poster was dropped.
         let is_orphaned = self.shared.has_no_posters.load(Ordering::SeqCst);
         is_orphaned.then(|| self.shared.calls.pop().map_or(Event::Shutdown, |event| self.taken(event)))
     }
 
-    /// Has the reader look for a call for so long, each time, before it waits for one: it keeps its processor, and who posts
-    /// has none to wake.
+    /// Sets how long the reader polls for a call before it sleeps. Polling keeps its processor, and posters
+    /// need not wake it.
     pub(crate) fn spin_for(&mut self, spin: Duration) {
         self.spin = spin;
     }
 
-    /// What comes while the reader looks for it, which it does until the deadline at the longest.
+    /// Polls for an event, at most until the deadline.
     fn look(&self, deadline: Option<Instant>) -> Option<Event> {
         if self.spin.is_zero() {
             return None;
@@ -213,7 +213,7 @@ impl Inbox {
         None
     }
 
-    /// What comes before a deadline.
+    /// Waits for an event until a deadline.
     pub(crate) fn next_before(&self, deadline: Instant) -> Option<Event> {
         self.shared.reader.get_or_init(std::thread::current);
         if let Some(event) = self.look(Some(deadline)) {
@@ -231,7 +231,7 @@ impl Inbox {
         }
     }
 
-    /// What comes, however long that takes. The driver ends when there is no [`Mailbox`] any more.
+    /// Waits for an event without a limit. The driver ends when the last [`Mailbox`] is gone.
     pub(crate) fn next(&self) -> Event {
         self.shared.reader.get_or_init(std::thread::current);
         if let Some(event) = self.look(None) {
@@ -251,71 +251,70 @@ impl Inbox {
         event
     }
 
-    /// Whether there is something to take: a call, or the end.
+    /// Returns whether an event is available: a call, or the end.
     pub(crate) fn has_some(&self) -> bool {
         let has_no_posters = self.shared.has_no_posters.load(Ordering::SeqCst);
         self.is_closing() || has_no_posters || !self.shared.calls.is_empty()
     }
 
-    /// Whether a call waits that interrupts a step.
+    /// Returns whether a call is queued that interrupts a step.
     pub(crate) fn has_interrupting(&self) -> bool {
         self.watch().has_interrupting()
     }
 
-    /// For the threads that work for a step.
+    /// Returns a view for the threads that work for a step.
     pub(crate) fn watch(&self) -> Watch<'_> {
         Watch(&self.shared)
     }
 
-    /// How many calls may wait.
+    /// Returns the maximum number of queued calls.
     pub(crate) fn capacity(&self) -> usize {
         self.shared.calls.capacity()
     }
 
-    /// Calls that found it full.
+    /// Returns the number of calls that found the mailbox full.
     pub(crate) fn refusals(&self) -> u64 {
         self.shared.refusals.load(Ordering::Relaxed)
     }
 
-    /// What tells the others that the driver has ended.
+    /// Returns the handle that reports the driver's end.
     pub(crate) fn ending(&self) -> Ending {
         Ending(self.shared.clone())
     }
 
-    /// Whether it was closed, with calls in it or not.
+    /// Returns whether the mailbox was closed, with or without queued calls.
     pub(crate) fn is_closing(&self) -> bool {
         self.watch().is_closing()
     }
 }
 
-/// What an inbox tells on any thread.
+/// View of an inbox for any thread.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watch<'a>(&'a Shared);
 
 impl Watch<'_> {
-    /// Whether a call waits that interrupts a step.
+    /// Returns whether a call is queued that interrupts a step.
     pub(crate) fn has_interrupting(self) -> bool {
         self.0.interrupting.load(Ordering::Relaxed) > 0
     }
 
-    /// Whether it was closed, with calls in it or not.
+    /// Returns whether the mailbox was closed, with or without queued calls.
     pub(crate) fn is_closing(self) -> bool {
         self.0.closing.load(Ordering::Acquire)
     }
 }
 
-/// Tells the others that the driver has ended, at the latest when it is dropped: also by a panic of
-/// whatever the driver does last.
+/// Reports the driver's end, at the latest when dropped, even if the driver's last actions panic.
 #[derive(Debug)]
 pub(crate) struct Ending(Arc<Shared>);
 
 impl Ending {
-    /// Why it failed; the first reason holds.
+    /// Stores the reason of the failure; the first one holds.
     pub(crate) fn fail(&self, failure: &str) {
         let _ = self.0.failure.set(failure.to_owned());
     }
 
-    /// What still waits is to be dropped after this, so that a waiting caller finds the reason.
+    /// Reports the end. Queued calls must be dropped afterwards, so that waiting callers find the reason.
     pub(crate) fn end(&self) {
         self.0.ended.cancel();
     }

@@ -1,5 +1,5 @@
-//! The driver's loop: waits for an event, handles it, forever. Every cause of
-//! change is in [`Driver::handle_event`].
+//! The driver's loop: waits for an event and handles it, forever. Every cause of change is in
+//! [`Driver::handle_event`].
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ use super::world::World;
 use crate::call_error::CallError;
 use crate::run_state::RunState;
 
-/// Owns the world and everything that decides when it steps.
+/// Owner of the world and of everything that decides when it steps.
 pub(super) struct Driver<W> {
     pub(super) world: W,
     pub(super) inbox: Inbox,
@@ -41,39 +41,40 @@ pub(super) struct Driver<W> {
     pub(super) obstructions: ObstructionWatch,
     /// Steps that callers wait for; empty while playing.
     pub(super) steps: StepQueue,
-    /// The world was changed since it was published.
+    /// Whether the world changed since the last published state.
     pub(super) has_unpublished: bool,
-    /// Since the start.
+    /// Steps since the start.
     pub(super) iterations: u64,
     pub(super) calls: CallBudget,
     pub(super) long_steps: LongSteps,
-    /// Calls that may still go before an interrupted step begins anew.
+    /// Number of calls that may still be served before an interrupted step restarts.
     pub(super) before_retry: usize,
-    /// Where a recorder gets everything.
+    /// Queue of the present recorder, if any.
     pub(super) recorder_queue: Option<Arc<RecorderQueue>>,
-    /// Who sends answers in its place.
+    /// Thread that sends answers in place of the driver, if any.
     pub(super) relay: Option<Relay>,
 }
 
 impl<W: World> Driver<W> {
-    /// Until it is asked to end.
+    /// Runs until it is asked to end.
     pub(super) fn run(&mut self) {
         while self.run_once().is_continue() {}
     }
 
-    /// Whether [`run_once`](Self::run_once) finds something to do and waits for no time, which it does while the world plays.
+    /// Returns whether [`run_once`](Self::run_once) has something to do that does not wait for time, as it
+    /// does while the world plays.
     pub(super) fn has_work(&mut self) -> bool {
         self.state != RunState::Playing && (self.inbox.has_some() || self.steps.is_wanted())
     }
 
-    /// Shows what a caller that went away before its first step has left.
+    /// Publishes changes of a caller that disconnected before its first step.
     pub(super) fn publish_pending(&mut self) {
         if self.has_unpublished && self.state != RunState::Playing {
             self.publish();
         }
     }
 
-    /// Takes one event.
+    /// Handles one event.
     pub(super) fn run_once(&mut self) -> ControlFlow<()> {
         let event = self.next_event();
         self.publisher.work_begins(Instant::now());
@@ -85,13 +86,14 @@ impl<W: World> Driver<W> {
         goes_on
     }
 
-    /// Calls go before a step that is due, in the order in which they came, for a part of its period.
+    /// Returns the next event. Calls are served before a step that is due, in their order, for a part of its
+    /// period.
     fn next_event(&mut self) -> Event {
         let due = match self.state {
             RunState::Playing => Some(self.pacer.next(Instant::now())),
             RunState::Paused | RunState::Stopped if self.steps.is_wanted() => Some(Due::Now),
             RunState::Paused | RunState::Stopped => {
-                // Their caller went away before the first step.
+                // Their caller disconnected before the first step.
                 if self.has_unpublished {
                     self.publish();
                 }
@@ -106,9 +108,9 @@ impl<W: World> Driver<W> {
         }
     }
 
-    /// Whether a call may go before a step that is due.
+    /// Returns whether a call may go before a step that is due.
     fn may_serve(&mut self) -> bool {
-        // What a step was interrupted for is in the mailbox, behind others.
+        // The call that interrupted the step is in the mailbox, behind others.
         if self.before_retry > 0 && self.inbox.has_interrupting() {
             self.before_retry -= 1;
             return true;
@@ -160,8 +162,8 @@ impl<W: World> Driver<W> {
         ControlFlow::Continue(())
     }
 
-    /// The one place where a command reaches the world: what passes here, with
-    /// the step at which it did, is a complete recording of a run.
+    /// Applies a command. Commands reach the world only here: their sequence, each with its step, is a
+    /// complete recording of a run.
     pub(super) fn apply(
         &mut self,
         command: &Command,
@@ -174,7 +176,7 @@ impl<W: World> Driver<W> {
             self.record(Entry::Applied(Box::new(AppliedCommand { at, command, claim, sender })));
         }
         tracing::trace!(epoch = applied.at.epoch, step = applied.at.step, ?command, "applied");
-        // A restored state brings its own time step.
+        // A restored state has its own time step.
         self.follow_pace();
         self.long_steps.applied(command);
         Ok(applied)
@@ -192,8 +194,9 @@ impl<W: World> Driver<W> {
             Command::RestoreState { .. } => self.supersede_steps("a restored state"),
             _ => {}
         }
-        // Its sender sees it in what it reads after the answer. Where the world plays, the values of targets and
-        // wrenches are shown by the next step, in which they act: they may come with every step.
+        // The sender sees the change in states that it reads after the answer. While the world plays, the
+        // next step shows the values of targets and wrenches, in which they act: they may arrive with every
+        // step.
         let is_shown_by_next_step = matches!(
             (command, &applied.reply),
             (Command::ApplyWrench(_) | Command::PullLink(_), _)
@@ -238,7 +241,7 @@ impl<W: World> Driver<W> {
         let became_paused = self.state == RunState::Stopped;
         match self.state {
             RunState::Playing => self.pacer.stepped(),
-            // It is no longer where it starts from.
+            // The world is no longer at its start.
             RunState::Stopped => self.state = RunState::Paused,
             RunState::Paused => {}
         }
@@ -313,20 +316,20 @@ impl<W: World> Driver<W> {
         } else {
             self.apply(&Command::SetPhysics(change), claim, sender)?.at
         };
-        // Here and not where the change was asked for: another may have come between.
+        // Computed here and not by the caller, since another change may have happened in between.
         self.pace = pace.of(self.pace);
         self.follow_pace();
         self.publish();
         self.log_events();
         let settings = self.world.settings();
         if self.pace != pace_before && settings == settings_before {
-            // The world knows nothing of a pace, so it reported nothing.
+            // The world does not know the pace, so it reported nothing.
             self.log(LogEvent::PhysicsChanged { at, settings, pace: self.pace });
         }
         Ok((self.done(Applied { at, reply: Reply::Physics(settings) }), settings, self.pace))
     }
 
-    /// Tells the pacer how long a step may take.
+    /// Passes the period of a step to the pacer.
     fn follow_pace(&mut self) {
         let period = period(self.pace, &self.world.settings());
         self.pacer.set_period(period, Instant::now());
@@ -354,7 +357,7 @@ impl<W: World> Driver<W> {
         self.sensors.published();
     }
 
-    /// Logs what happened in the world, after the state that shows it is published.
+    /// Logs the world's events, after the state that shows them is published.
     fn log_events(&mut self) {
         for event in self.world.take_events() {
             let event = match event.kind {
@@ -373,7 +376,7 @@ impl<W: World> Driver<W> {
     }
 }
 
-/// Wall seconds of a step; `None` where nothing is waited for.
+/// Returns the wall seconds of a step; `None` for steps without a pace.
 pub(super) fn period(pace: Pace, settings: &PhysicsSettings) -> Option<f64> {
     match pace {
         Pace::RealTime { factor } => Some(settings.time_step / factor),

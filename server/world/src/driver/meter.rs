@@ -1,18 +1,18 @@
-//! How fast the world really goes, over about the last second. Owns no clock: it is given the time.
+//! Measures the world's actual speed over about the last second. It owns no clock: the caller passes the
+//! time.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// What is averaged over.
+/// Averaging window.
 const WINDOW: Duration = Duration::from_secs(1);
-/// A mark this often, so that the window slides by a tenth of itself and costs
-/// the same at every time step.
+/// Time between marks: the window slides by a tenth of its length, at the same cost for every time step.
 const MARK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Measures the real-time factor and the cost of a step.
 #[derive(Debug)]
 pub(crate) struct Meter {
-    /// Sums at moments of the last second, oldest first; never empty.
+    /// Sums at times of the last second, oldest first; never empty.
     marks: VecDeque<Sums>,
     /// Sums until now.
     sums: Sums,
@@ -30,13 +30,13 @@ struct Sums {
 }
 
 impl Meter {
-    /// A meter that has seen no step.
+    /// Makes a meter without steps.
     pub(crate) fn new(now: Instant) -> Self {
         let sums = Sums { at: now, sim_time: 0.0, busy: Duration::ZERO, steps: 0 };
         Self { marks: VecDeque::from([sums]), sums }
     }
 
-    /// Forgets what was before, as when the world starts to play.
+    /// Forgets earlier steps, as when the world starts to play.
     pub(crate) fn restart(&mut self, now: Instant) {
         self.sums.at = now;
         self.marks.clear();
@@ -57,15 +57,15 @@ impl Meter {
         }
     }
 
-    /// Simulated seconds to a wall second, from the end of a step to the end of
-    /// a step, so that long steps make no sawtooth.
+    /// Returns simulated seconds per wall second, measured between ends of steps, so that long steps cause no
+    /// sawtooth.
     pub(crate) fn real_time_factor(&self) -> f64 {
         let oldest = self.oldest();
         let wall = self.sums.at.saturating_duration_since(oldest.at).as_secs_f64();
         if wall > 0.0 { (self.sums.sim_time - oldest.sim_time) / wall } else { 0.0 }
     }
 
-    /// Mean wall seconds of a step.
+    /// Returns the mean wall seconds of a step.
     pub(crate) fn step_duration(&self) -> f64 {
         let oldest = self.oldest();
         match self.sums.steps - oldest.steps {

@@ -9,16 +9,17 @@ use super::event_log::{BlockedJoint, LogEvent};
 use super::main_loop::Driver;
 use super::world::World;
 
-/// Simulated seconds between two looks. A joint is reported if two looks in a row find it kept back.
+/// Simulated seconds between two looks. A joint is reported if two consecutive looks find it blocked.
 const INTERVAL: f64 = 0.5;
 
-/// Maximum number of joints that are reported at one look, and that are remembered. More of them are a crash, and not news.
+/// Maximum number of joints that are reported at one look, and that are remembered. More blocked joints mean
+/// a crash, which needs no report.
 const MAX_JOINTS: usize = 64;
 
 /// A robot's layout version and the index of its joint.
 type Key = (u64, usize);
 
-/// What the last look found.
+/// Findings of the last look.
 #[derive(Debug, Default)]
 pub(super) struct ObstructionWatch {
     /// Simulated time of the next look.
@@ -27,14 +28,14 @@ pub(super) struct ObstructionWatch {
     reported: BTreeSet<Key>,
 }
 
-/// A joint that is kept back, with the index of its robot.
+/// A blocked joint, with the index of its robot.
 pub(super) type Reported = (usize, Obstruction);
 
 impl ObstructionWatch {
-    /// Returns the joints of a state that have been kept back since the last look and were not reported before.
+    /// Returns the joints of a state that were blocked at the last look too, and were not reported before.
     pub(super) fn look(&mut self, state: &PublishedState) -> Vec<Reported> {
         let now = state.at.sim_time;
-        // Time goes back where a world is reset.
+        // Time decreases when a world is reset.
         if now < self.next && self.next - now <= INTERVAL {
             return Vec::new();
         }

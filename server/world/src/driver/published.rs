@@ -1,5 +1,4 @@
-//! What the driver makes known to everybody: states of the world, how well it
-//! keeps time, and that a command was done.
+//! Public data of the driver: states of the world, timing statistics, and confirmations of commands.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -13,44 +12,46 @@ use crate::run_state::RunState;
 /// A state of the world as the daemon published it.
 #[derive(Clone, Debug)]
 pub struct Published {
-    /// Larger than that of every state published before.
+    /// Sequence, larger than in every earlier state.
     pub sequence: u64,
-    /// When it was published.
+    /// Wall time of publication.
     pub wall_time: SystemTime,
-    /// What the world looked like.
+    /// State of the world.
     pub state: PublishedState,
-    /// Gravity, time step, substeps and integrator that were in force.
+    /// Gravity, time step, substeps and integrator in force.
     pub physics: PhysicsSettings,
-    /// How well it kept time.
+    /// Timing statistics.
     pub statistics: Statistics,
 }
 
-/// How steps follow the wall clock while playing. The factor is kept while it
-/// is not used, so that going back to real time needs no number.
+/// Relation of steps to the wall clock while playing. The factor is kept while it is unused, so that a return
+/// to real time needs no number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
     /// Sim time follows wall time.
     RealTime {
-        /// Simulated seconds to a wall second, 0.001 to 1,000.
+        /// Simulated seconds per wall second, 0.001 to 1,000.
         factor: f64,
     },
-    /// Steps follow each other at once.
+    /// Steps follow each other without waiting.
     AsFastAsPossible {
-        /// For a later return to real time.
+        /// Factor for a later return to real time.
         factor: f64,
     },
 }
 
 impl Pace {
-    /// Simulated seconds to a wall second, in force or kept for later.
+    /// Returns the factor in force or kept for later, simulated seconds per wall second.
     pub fn factor(self) -> f64 {
         match self {
             Self::RealTime { factor } | Self::AsFastAsPossible { factor } => factor,
         }
     }
 
+    /// Checks the factor.
+    ///
     /// # Errors
-    /// Returns an error if the factor is not within 0.001 and 1,000.
+    /// Returns an error if the factor is not between 0.001 and 1,000.
     pub fn check(self) -> Result<(), CallError> {
         if (0.001..=1000.0).contains(&self.factor()) {
             return Ok(());
@@ -63,17 +64,17 @@ impl Pace {
     }
 }
 
-/// A change of the pace; what is not given stays as it is when the change is made.
+/// A change of the pace; absent values keep their value at the time of the change.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PaceChange {
-    /// Steps follow each other at once, or the wall clock.
+    /// Whether steps ignore the wall clock.
     pub as_fast_as_possible: Option<bool>,
-    /// Simulated seconds to a wall second, 0.001 to 1,000.
+    /// Simulated seconds per wall second, 0.001 to 1,000.
     pub factor: Option<f64>,
 }
 
 impl PaceChange {
-    /// What a pace becomes.
+    /// Returns the new pace.
     pub fn of(self, present: Pace) -> Pace {
         let factor = self.factor.unwrap_or(present.factor());
         let is_free = matches!(present, Pace::AsFastAsPossible { .. });
@@ -98,30 +99,30 @@ impl Default for Pace {
     }
 }
 
-/// How well the world keeps time.
+/// Timing statistics of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
-    /// Whether the world runs.
+    /// Run state.
     pub state: RunState,
-    /// What was asked for.
+    /// Requested pace.
     pub pace: Pace,
-    /// Simulated seconds to a wall second over about the last second of playing; 0 when not playing.
+    /// Simulated seconds per wall second over about the last second of playing; 0 when not playing.
     pub real_time_factor: f64,
-    /// How often lag was dropped.
+    /// Number of times that lag was dropped.
     pub overruns: u64,
-    /// Wall seconds of lag dropped in all.
+    /// Total dropped lag, wall seconds.
     pub dropped_lag: f64,
     /// Steps since the daemon started.
     pub iterations: u64,
-    /// Mean wall seconds of a step's computation over about the last second, or how long the present step has
-    /// been going on, whichever is longer.
+    /// Mean wall seconds of a step's computation over about the last second, or the elapsed time of the
+    /// present step, whichever is longer.
     pub step_duration: f64,
-    /// Requests that found the mailbox full.
+    /// Number of requests that found the mailbox full.
     pub mailbox_refusals: u64,
 }
 
 impl Statistics {
-    /// Of a world that has not stepped yet.
+    /// Returns the statistics of a world without steps.
     pub fn at_start(state: RunState, pace: Pace) -> Self {
         Self {
             state,
@@ -136,24 +137,24 @@ impl Statistics {
     }
 }
 
-/// A command that was done, and the state that the daemon had published by then.
+/// Confirmation of a command, with the newest published state.
 #[derive(Clone, Debug)]
 pub struct Done {
-    /// `applied.at` is the moment from which the command holds.
+    /// Result of the command; `applied.at` is the moment from which it holds.
     pub applied: Applied,
-    /// Of the newest published state when the reply was made.
+    /// Sequence of the newest published state when the reply was made.
     pub sequence: u64,
-    /// When that state was published.
+    /// Wall time at which that state was published.
     pub wall_time: SystemTime,
 }
 
-/// Steps that were done.
+/// Confirmation of steps.
 #[derive(Clone, Debug)]
 pub struct Stepped {
-    /// The moment after the last of them.
+    /// Moment after the last step.
     pub done: Done,
-    /// The state after the last of them.
+    /// State after the last step.
     pub state: Arc<Published>,
-    /// Of the targets that came with them.
+    /// Clamped targets of the request.
     pub clamped: Vec<Clamped>,
 }

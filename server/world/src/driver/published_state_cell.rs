@@ -1,8 +1,9 @@
-//! Where the driver puts the newest state for everybody to read. Newest wins;
-//! the driver never waits for a reader, nor a reader for the driver.
+//! Cell with the newest published state, for any number of readers. The driver never waits for a reader, and
+//! no reader waits for the driver.
 //!
-//! The driver wakes one task, [`PublishedStateCell::announce`], and that wakes the readers: each wake from outside of the
-//! runtime takes the runtime's lock. Where no reader waits it wakes none: to wake costs as much as a step of an arm.
+//! The driver wakes one task, [`PublishedStateCell::announce`], and the task wakes the readers: each wake
+//! from outside of the runtime takes the runtime's lock. Without waiting readers it wakes none: a wake costs
+//! as much as a step of an arm.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering, fence};
@@ -16,11 +17,10 @@ use super::announcer::Announcer;
 use super::published::{Published, Statistics};
 use crate::histogram::Histogram;
 
-/// Old states that are kept for their memory. Readers that stall hold more
-/// than these; then the driver allocates.
+/// Maximum number of old states kept for reuse. If stalled readers hold more, the driver allocates.
 const RETIRED: usize = 16;
 
-/// Values of a list that are kept whatever the world has.
+/// Capacity of a list that is kept in any case, values.
 const SMALL: usize = 1024;
 
 /// The newest state, for readers.
@@ -28,42 +28,42 @@ const SMALL: usize = 1024;
 pub(crate) struct PublishedStateCell {
     newest: ArcSwap<Published>,
     announcer: Announcer,
-    /// What readers wait for.
+    /// Wakes waiting readers.
     changed: Notify,
-    /// Those that look whether they have to wait, or wait.
+    /// Number of readers that wait or are about to.
     readers: AtomicUsize,
-    /// What step times are counted from.
+    /// Origin of step times.
     epoch: Instant,
-    /// When the present step began, nanoseconds after the epoch and at least 1; 0 between steps.
+    /// Start of the present step, nanoseconds after the epoch and at least 1; 0 between steps.
     step_began: AtomicU64,
-    /// The same for whatever the driver is doing, a step or a command; 0 while it waits.
+    /// Start of the driver's present step or command, likewise; 0 while it waits.
     work_began: AtomicU64,
-    /// How long steps took.
+    /// Durations of steps.
     pub(crate) step_durations: Histogram,
-    /// How long after their time steps began, in a world that keeps to the clock.
+    /// Delays of steps after their due time, in a world with a pace.
     pub(crate) step_lateness: Histogram,
 }
 
-/// The one who writes into a [`PublishedStateCell`].
+/// The only writer of a [`PublishedStateCell`].
 #[derive(Debug)]
 pub(crate) struct Publisher {
     state_cell: Arc<PublishedStateCell>,
-    /// Candidates for the next state: those without a reader.
+    /// Old states for reuse, with and without readers.
     retired: Vec<Arc<Published>>,
     sequence: u64,
 }
 
 impl PublishedStateCell {
-    /// The newest state, at once.
+    /// Returns the newest state, at once.
     pub(crate) fn newest(&self) -> Arc<Published> {
         self.newest.load_full()
     }
 
-    /// The newest state once it is newer than `sequence`.
+    /// Returns the newest state once it is newer than `sequence`.
     pub(crate) async fn newer_than(&self, sequence: u64) -> Arc<Published> {
         let _reader = Reader::of(&self.readers);
         loop {
-            // Made before the look, so that a state published between look and wait wakes it.
+            // Created before the look, so that a state published in between wakes it.
             let changed = self.changed.notified();
             let newest = self.newest();
             if newest.sequence > sequence {
@@ -73,12 +73,12 @@ impl PublishedStateCell {
         }
     }
 
-    /// Announces states that readers wait for.
+    /// Returns the announcer of states that readers wait for.
     pub(super) fn announcer(&self) -> &Announcer {
         &self.announcer
     }
 
-    /// Wakes those that wait for a newer state, as long as it is polled. One task does so.
+    /// Wakes readers that wait for a newer state while it is polled, by one task.
     pub(crate) async fn announce(&self) {
         let mut announced = 0;
         loop {
@@ -106,12 +106,12 @@ impl Drop for Reader<'_> {
 }
 
 impl PublishedStateCell {
-    /// For how long the present step has been going on at `now`; zero between steps.
+    /// Returns how long the present step has run at `now`; zero between steps.
     pub(crate) fn present_step(&self, now: Instant) -> Duration {
         self.since(&self.step_began, now)
     }
 
-    /// For how long the driver has been at one step or one command at `now`; zero while it waits.
+    /// Returns how long the driver's present step or command has run at `now`; zero while it waits.
     pub(crate) fn present_work(&self, now: Instant) -> Duration {
         self.since(&self.work_began, now)
     }
@@ -130,27 +130,27 @@ impl PublishedStateCell {
 }
 
 impl Publisher {
-    /// A step begins `now`.
+    /// Notes that a step begins `now`.
     pub(crate) fn step_begins(&self, now: Instant) {
         self.state_cell.begins(&self.state_cell.step_began, now);
     }
 
-    /// It ended.
+    /// Notes that the step ended.
     pub(crate) fn step_ends(&self) {
         self.state_cell.step_began.store(0, Ordering::Relaxed);
     }
 
-    /// The driver has something to do, from `now` on.
+    /// Notes that the driver works from `now` on.
     pub(crate) fn work_begins(&self, now: Instant) {
         self.state_cell.begins(&self.state_cell.work_began, now);
     }
 
-    /// It waits for the next.
+    /// Notes that the driver waits.
     pub(crate) fn work_ends(&self) {
         self.state_cell.work_began.store(0, Ordering::Relaxed);
     }
 
-    /// A cell with a first state, sequence 1, and its writer.
+    /// Makes a cell with a first state, sequence 1, and its writer.
     pub(crate) fn new(state: PublishedState, physics: PhysicsSettings, statistics: Statistics) -> Self {
         let first = Published { sequence: 1, wall_time: SystemTime::now(), state, physics, statistics };
         let state_cell = PublishedStateCell {
@@ -172,17 +172,17 @@ impl Publisher {
         &self.state_cell
     }
 
-    /// Of the newest state.
+    /// Returns the sequence of the newest state.
     pub(crate) fn sequence(&self) -> u64 {
         self.sequence
     }
 
-    /// Publishes what `fill` writes over an old state; sequence and time are set here.
+    /// Publishes the state that `fill` writes over an old one; sequence and time are set here.
     pub(crate) fn publish(&mut self, fill: impl FnOnce(&mut Published)) -> SystemTime {
         let mut next = self.unread();
         self.sequence += 1;
         let wall_time = SystemTime::now();
-        // It is unread, so this does not copy.
+        // The state has no reader, so this does not copy.
         let state = Arc::make_mut(&mut next);
         state.sequence = self.sequence;
         state.wall_time = wall_time;
@@ -192,8 +192,8 @@ impl Publisher {
             self.retired.remove(0);
         }
         self.retired.push(old);
-        // Any other would keep robots or saved states that are gone in memory. Those that no reader holds are kept for the next
-        // states all the same: this thread would have to allocate others.
+        // Other states would keep deleted robots or saved states in memory. Those without a reader are
+        // updated and kept for the next states, since this thread would have to allocate others.
         let newest = self.state_cell.newest.load();
         self.retired.retain_mut(|old| {
             shares_what_is_large(&old.state, &newest.state)
@@ -202,7 +202,8 @@ impl Publisher {
                     is_of_use(&old.state, &newest.state)
                 })
         });
-        // A reader is counted before it looks, and this looks after the state is there: one of the two sees the other.
+        // A reader is counted before it looks, and this looks after the state is stored: one of the two sees
+        // the other.
         fence(Ordering::SeqCst);
         if self.state_cell.readers.load(Ordering::Relaxed) > 0 {
             self.state_cell.announcer.hand_over();
@@ -210,7 +211,7 @@ impl Publisher {
         wall_time
     }
 
-    /// A state without another holder: an old one, or a copy of the newest.
+    /// Returns a state without another holder: an old one, or a copy of the newest.
     fn unread(&mut self) -> Arc<Published> {
         match self.retired.iter_mut().position(|old| Arc::get_mut(old).is_some()) {
             Some(index) => self.retired.swap_remove(index),
@@ -219,7 +220,8 @@ impl Publisher {
     }
 }
 
-/// Whether the memory of an old state is not much more than the newest one needs: a thousand robots that are gone leave none.
+/// Returns whether an old state uses not much more memory than the newest one needs. So the memory of a
+/// thousand deleted robots is freed.
 fn is_of_use(old: &PublishedState, newest: &PublishedState) -> bool {
     let fits = |capacity: usize, len: usize| capacity <= SMALL.max(4 * len);
     fits(old.velocities.capacity(), newest.velocities.len())
@@ -227,7 +229,7 @@ fn is_of_use(old: &PublishedState, newest: &PublishedState) -> bool {
         && fits(old.contacts.capacity(), newest.contacts.len())
 }
 
-/// Whether two states have in common what is large of that which states share.
+/// Returns whether two states share all their large shared parts.
 fn shares_what_is_large(one: &PublishedState, other: &PublishedState) -> bool {
     Arc::ptr_eq(&one.world, &other.world)
         && Arc::ptr_eq(&one.settings, &other.settings)
@@ -289,7 +291,7 @@ mod tests {
         assert!(gone.upgrade().is_none());
     }
 
-    /// A state that is allocated is a copy, and has no more capacity than values.
+    /// A newly allocated state is a copy, whose capacity is exactly its length.
     #[test]
     fn robots_that_come_and_targets_that_are_set_have_nothing_allocated_anew() {
         const VALUES: usize = 100;
@@ -311,7 +313,7 @@ mod tests {
         for step in 0..200 {
             let newest = publish(step);
             assert!(newest.state.positions.capacity() >= 2 * VALUES, "step {step}");
-            // A reader that is a state behind while targets alone change.
+            // A reader that is one state behind while only targets change.
             held.push(newest);
             if step % 2 == 1 {
                 held.clear();

@@ -1,13 +1,13 @@
-//! What the physics thread asks of the system: a real-time priority, processors of its own, memory that stays.
+//! Real-time settings of the physics thread: priority, reserved processors, locked memory.
 
-/// What the physics thread asks for.
+/// Real-time settings of the physics thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RealTime {
-    /// Of `SCHED_FIFO`, 1 to 99; 0 leaves the thread as all others are.
+    /// Priority of `SCHED_FIFO`, 1 to 99; 0 keeps normal scheduling.
     pub priority: u32,
-    /// The processors that it runs on, and the daemon's other threads do not; none is all, for all.
+    /// Processors reserved for the thread; the daemon's other threads avoid them. An empty set reserves none.
     pub processors: Processors,
-    /// Whether no memory of the process is ever swapped out.
+    /// Whether the process locks its memory, so that nothing is swapped out.
     pub lock_memory: bool,
 }
 
@@ -16,10 +16,10 @@ pub struct RealTime {
 pub struct Processors([u64; Self::COUNT / 64]);
 
 impl Processors {
-    /// Numbers go up to this, without it.
+    /// Upper bound of the numbers, exclusive.
     pub const COUNT: usize = 1024;
 
-    /// Of numbers below [`Self::COUNT`]; others are left out.
+    /// Makes a set of numbers below [`Self::COUNT`]; larger ones are ignored.
     pub fn of(numbers: impl IntoIterator<Item = u64>) -> Self {
         let mut set = Self::default();
         for number in numbers {
@@ -31,7 +31,7 @@ impl Processors {
         set
     }
 
-    /// In order.
+    /// Returns the numbers in order.
     pub fn numbers(&self) -> impl Iterator<Item = u64> {
         (0..Self::COUNT as u64).filter(|number| {
             let word = usize::try_from(number / 64).ok().and_then(|index| self.0.get(index));
@@ -41,9 +41,10 @@ impl Processors {
 }
 
 impl RealTime {
-    /// Keeps all threads of the process off the processors of the physics thread, which asks for them when it starts, and
-    /// threads that are started from now on too. A system call of another thread delays the physics thread otherwise: most
-    /// kernels finish it first, whatever the priorities. Where no processor would be left for the others, nothing changes.
+    /// Moves all threads of the process off the processors of the physics thread, threads started later too.
+    /// The physics thread takes its processors when it starts. Otherwise, a system call of another thread
+    /// delays the physics thread: most kernels finish it first, regardless of priorities. If no processor is
+    /// left for the other threads, nothing changes.
     pub fn keep_others_off(&self) {
         #[cfg(target_os = "linux")]
         if self.processors != Processors::default() {
@@ -61,7 +62,7 @@ impl RealTime {
     }
 }
 
-/// False where that leaves others none.
+/// Returns false if no processor would be left for the others.
 #[cfg(target_os = "linux")]
 fn keep_off(processors: Processors) -> std::io::Result<bool> {
     use rustix::thread::{Pid, sched_getaffinity, sched_setaffinity};
@@ -74,11 +75,11 @@ fn keep_off(processors: Processors) -> std::io::Result<bool> {
         return Ok(false);
     }
     sched_setaffinity(None, &others)?;
-    // Those that run already, as that of the log.
+    // Threads that run already, for instance the log's.
     for thread in std::fs::read_dir("/proc/self/task")? {
         let id = thread?.file_name().to_str().and_then(|id| id.parse().ok()).and_then(Pid::from_raw);
         match id.map(|id| sched_setaffinity(Some(id), &others)) {
-            // It has ended.
+            // The thread has ended.
             None | Some(Ok(()) | Err(rustix::io::Errno::SRCH)) => {}
             Some(Err(error)) => return Err(error.into()),
         }
@@ -86,14 +87,14 @@ fn keep_off(processors: Processors) -> std::io::Result<bool> {
     Ok(true)
 }
 
-/// Asks for it, for the calling thread. The log has a sentence for each thing that the system refuses, and the thread
-/// goes on without it.
+/// Applies the settings to the calling thread. The log reports each one that the system refuses, and the
+/// thread continues without it.
 #[cfg(target_os = "linux")]
 pub(super) fn ask(wanted: RealTime) {
     use rustix::mm::{MlockAllFlags, mlockall};
     use rustix::thread::{CpuSet, sched_setaffinity};
 
-    // Pages are locked when they are first used: the whole stack of each of a hundred threads would be 200 MB.
+    // Pages are locked at first use: the whole stacks of a hundred threads would be 200 MB.
     let pages = MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT;
     if wanted.lock_memory
         && let Err(error) = mlockall(pages)
@@ -106,7 +107,7 @@ pub(super) fn ask(wanted: RealTime) {
     let mut processors = CpuSet::new();
     let mut has_some = false;
     for number in wanted.processors.numbers() {
-        // Both have 1024.
+        // `CpuSet` and `Processors` both have 1024.
         processors.set(usize::try_from(number).unwrap_or(usize::MAX));
         has_some = true;
     }
@@ -128,8 +129,8 @@ pub(super) fn ask(wanted: RealTime) {
     }
 }
 
-/// Asks for a real-time priority alone, for a thread that works for the physics thread: what the system refuses it refuses
-/// the physics thread too, which has said so.
+/// Requests only the real-time priority, for a helper of the physics thread. A refusal is logged at debug
+/// level, since the physics thread is refused too and has reported it.
 pub(super) fn ask_for_priority(priority: u32) {
     #[cfg(target_os = "linux")]
     if let Err(reason) = set_priority(priority) {
@@ -183,7 +184,7 @@ mod tests {
         });
         assert_eq!(asked.join().unwrap(), (1, true));
         assert_eq!(allowed().count(), before.count());
-        // One that is not there is refused, and nothing changes.
+        // An absent processor is refused, and nothing changes.
         let asked = std::thread::spawn(move || {
             ask(RealTime { processors: Processors::of([1023]), ..RealTime::default() });
             allowed().count()

@@ -1,4 +1,4 @@
-//! What the driver gives to the log of events, to a recorder, and to who copies the world.
+//! The driver's output to the log of events, to a recorder, and to copies of the world.
 
 use std::sync::Arc;
 
@@ -20,11 +20,12 @@ impl<W: World> Driver<W> {
         }
     }
 
-    /// Gives the recorder an entry, and ends the recording where it does not keep up.
+    /// Passes an entry to the recorder, and ends the recording if it does not keep up.
     pub(super) fn record(&mut self, entry: Entry) {
         let Some(Err(end)) = self.recorder_queue.as_ref().map(|queue| queue.push(entry)) else { return };
         let Some(queue) = self.recorder_queue.take() else { return };
-        // The writer may be waiting for the disk: the event comes from here. All else the writer reports.
+        // The writer may be waiting for the disk, so this thread logs the event. The writer reports all other
+        // ends.
         if end == RecorderQueueEnd::Full {
             let recording = queue.name.to_string();
             let message =
@@ -45,7 +46,7 @@ impl<W: World> Driver<W> {
         self.record(Entry::World(Box::new(entry)));
     }
 
-    /// The whole state, and what is published of it. Costs what a save costs.
+    /// Returns the whole state, and its published part. It costs as much as a save.
     pub(super) fn whole_state(&mut self) -> (Saved, Arc<Published>) {
         if self.has_unpublished {
             self.publish();
@@ -53,9 +54,9 @@ impl<W: World> Driver<W> {
         (self.world.to_saved(), self.publisher.state_cell().newest())
     }
 
-    /// Another recorder, or none any more: the last entry of each is the whole world.
+    /// Replaces or ends the recorder; the last entry of each recorder is the whole world.
     pub(super) fn set_recorder_queue(&mut self, queue: Option<Arc<RecorderQueue>>) -> Moment {
-        // The recorded world and the published one are of one moment.
+        // The recorded world and the published one must have the same moment.
         if self.has_unpublished {
             self.publish();
         }
@@ -74,7 +75,7 @@ impl<W: World> Driver<W> {
         at
     }
 
-    /// Gives a recorder its last entry.
+    /// Passes its last entry to the recorder.
     pub(super) fn end_recorder_queue(&mut self) {
         if self.recorder_queue.is_some() {
             self.record_world();

@@ -1,7 +1,8 @@
-//! What a recorder gets: the whole world at first and whenever it asks, every command that was applied, every step.
+//! The queue to a recorder. It carries the whole world at first and on request, every applied command, and
+//! every step.
 //!
-//! The physics thread never waits for it: entries wait in a queue that is bounded in bytes, and one that does not fit
-//! ends it.
+//! The physics thread never waits for it: the queue is bounded in bytes, and an entry that does not fit ends
+//! it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -15,65 +16,65 @@ use simd_model::LoadReport;
 use super::event_log::LoggedEvent;
 use super::published::Published;
 
-/// Who sends a command, as the client calls itself; `None` where it does not say.
+/// Name of a command's sender, as the client calls itself; `None` if it gives none.
 pub(crate) type Sender = Option<Arc<str>>;
 
-/// An entry for a recorder, in the order in which it happened.
+/// An entry for a recorder, in chronological order.
 #[derive(Debug)]
 pub(crate) enum Entry {
-    /// The whole world, between two steps.
+    /// Whole world, between two steps.
     World(Box<WorldEntry>),
-    /// A command was applied.
+    /// Applied command.
     Applied(Box<AppliedCommand>),
-    /// A step was done, and this is what the world looks like.
+    /// State after a step.
     Step(Arc<Published>),
-    /// Something happened.
+    /// Event.
     Event(Arc<LoggedEvent>),
-    /// A robot came.
+    /// Report about a spawned robot.
     Report(Box<ReportEntry>),
 }
 
 /// The whole world.
 #[derive(Debug)]
 pub(crate) struct WorldEntry {
-    /// When.
+    /// Moment of the state.
     pub(crate) at: Moment,
-    /// Its state.
+    /// Saved state.
     pub(crate) state: Saved,
-    /// The claims that hold.
+    /// Active claims.
     pub(crate) claims: Vec<ClaimRequest>,
-    /// What is published, with the states that the world can go back to.
+    /// Published state, with the saved states of the world.
     pub(crate) published: Arc<Published>,
 }
 
 /// A command that was applied.
 #[derive(Debug)]
 pub(crate) struct AppliedCommand {
-    /// From when it holds.
+    /// Moment from which it holds.
     pub(crate) at: Moment,
-    /// What was done.
+    /// Command.
     pub(crate) command: Command,
-    /// That it came with.
+    /// Claim of the sender.
     pub(crate) claim: Option<ClaimId>,
-    /// Who sent it.
+    /// Sender.
     pub(crate) sender: Sender,
 }
 
-/// What was found while a robot was read.
+/// Report of a robot's loading.
 #[derive(Debug)]
 pub(crate) struct ReportEntry {
-    /// Its name.
+    /// Name of the robot.
     pub(crate) robot: String,
-    /// What was found.
+    /// Report.
     pub(crate) report: LoadReport,
-    /// The same in one line.
+    /// Summary in one line.
     pub(crate) summary: String,
 }
 
-/// Why no more comes.
+/// Cause of the queue's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RecorderQueueEnd {
-    /// The recorder asked for it, or reads no more.
+    /// The recorder stopped, or reads no more.
     Stopped,
     /// An entry did not fit.
     Full,
@@ -81,14 +82,14 @@ pub(crate) enum RecorderQueueEnd {
     DriverEnded,
 }
 
-/// The queue from the driver to a recorder.
+/// Queue from the driver to a recorder.
 #[derive(Debug)]
 pub(crate) struct RecorderQueue {
-    /// What the recording is called.
+    /// Name of the recording.
     pub(crate) name: Arc<str>,
-    /// Bytes that may wait.
+    /// Capacity, bytes.
     capacity: usize,
-    /// Held for a push or a swap.
+    /// Locked for a push or a swap.
     waiting: Mutex<Waiting>,
     arrived: Condvar,
     wants_world: AtomicBool,
@@ -102,7 +103,7 @@ struct Waiting {
 }
 
 impl RecorderQueue {
-    /// An empty queue in which so many bytes may wait.
+    /// Makes an empty queue for at most `capacity` bytes.
     pub(crate) fn new(name: Arc<str>, capacity: usize) -> Self {
         let (waiting, arrived, wants_world) = Default::default();
         Self { name, capacity, waiting, arrived, wants_world }
@@ -115,7 +116,7 @@ impl RecorderQueue {
     /// Adds an entry.
     ///
     /// # Errors
-    /// Returns an error if there is no room, or no more is read.
+    /// Returns an error if the queue is full, or its reader has ended.
     pub(crate) fn push(&self, entry: Entry) -> Result<(), RecorderQueueEnd> {
         let bytes = entry.bytes();
         let mut waiting = self.lock();
@@ -133,24 +134,25 @@ impl RecorderQueue {
         Ok(())
     }
 
-    /// No more comes. What waits is still read.
+    /// Ends the queue. Queued entries are still read.
     pub(crate) fn end(&self, why: RecorderQueueEnd) {
         self.lock().end.get_or_insert(why);
         self.arrived.notify_one();
     }
 
-    /// Asks for the whole world, which comes after the next step or command.
+    /// Requests the whole world, which follows the next step or command.
     pub(crate) fn ask_for_world(&self) {
         self.wants_world.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the whole world was asked for since the last call.
+    /// Returns whether the whole world was requested since the last call.
     pub(crate) fn takes_world(&self) -> bool {
         self.wants_world.load(Ordering::Relaxed) && self.wants_world.swap(false, Ordering::Relaxed)
     }
 
-    /// Takes all that waits into an empty list, after so long a time or the end; says why no more comes, if so. What comes is
-    /// not waited for: a reader that is woken by each step costs more than one that looks now and then.
+    /// Moves all queued entries to an empty list, after `wait` or at the queue's end; also returns the cause
+    /// of the end, if any. New entries do not end the wait: a reader that each step wakes costs more than one
+    /// that polls.
     pub(crate) fn take_after(&self, wait: Duration, into: &mut Vec<Entry>) -> Option<RecorderQueueEnd> {
         let waiting = self.lock();
         let waited = self.arrived.wait_timeout_while(waiting, wait, |waiting| waiting.end.is_none());
@@ -162,14 +164,14 @@ impl RecorderQueue {
 }
 
 impl Entry {
-    /// About how much memory it takes.
+    /// Returns its approximate memory, bytes.
     fn bytes(&self) -> usize {
-        /// Of one number, or one of a list of small things.
+        /// Bytes of a number, or of an element in a list of small ones.
         const NUMBER: usize = 8;
-        /// Of a thing with names and lists.
+        /// Bytes of an object with names and lists.
         const THING: usize = 256;
         match self {
-            // What its robots are made of is shared with the world.
+            // Models of its robots are shared with the world.
             Self::World(world) => THING + world.state.world_state().robots.len() * 64 * THING,
             Self::Applied(applied) => match &applied.command {
                 Command::SetTargets(targets) => {

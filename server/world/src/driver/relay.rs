@@ -1,9 +1,10 @@
-//! A thread between the physics thread and the runtime, where the physics thread has a real-time priority.
+//! A thread between the physics thread and the runtime, used if the physics thread has a real-time priority.
 //!
-//! It sends answers to calls, and wakes those who announce states, events and readings.
+//! It sends answers to calls, and wakes the tasks that announce states, events and readings.
 //!
-//! To wake a task takes locks of the runtime. A thread without such a priority that holds one may be taken off its processor
-//! for milliseconds, while the physics thread would wait for it. To unpark a thread takes no lock.
+//! Waking a task takes locks of the runtime. The scheduler may suspend a thread of normal priority for
+//! milliseconds while it holds one, and the physics thread would wait for it. Unparking a thread takes no
+//! lock.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -21,14 +22,14 @@ use super::realtime::{self, RealTime};
 use super::sensor_log::SensorLog;
 use crate::call_error::CallError;
 
-/// The physics thread's end; the thread ends with it.
+/// The physics thread's end; dropping it ends the relay.
 #[derive(Debug)]
 pub(super) struct Relay {
     shared: Arc<Shared>,
     handle: Option<JoinHandle<()>>,
 }
 
-/// What a call is answered with, and where that goes.
+/// An answer and its receiver.
 #[derive(Debug)]
 pub(super) struct Addressed<T> {
     pub(super) reply: ReplyTo<T>,
@@ -39,7 +40,7 @@ pub(super) struct Addressed<T> {
 #[derive(Debug)]
 pub(super) enum Answer {
     Done(Addressed<Done>),
-    /// With the command, whose memory the physics thread need not give back.
+    /// Answer with its command, whose memory the physics thread then need not free.
     Applied(Addressed<Done>, Command),
     Stepped(Addressed<Stepped>),
     Physics(Addressed<(Done, PhysicsSettings, Pace)>),
@@ -58,11 +59,11 @@ struct Shared {
 }
 
 impl Relay {
-    /// Starts the thread, with a priority right below that of the physics thread: what it hands over is not left lying. Where more
-    /// than `room` answers wait, the physics thread sends its answers itself.
+    /// Starts the thread with a priority right below the physics thread's, so that it sends answers promptly.
+    /// If more than `room` answers wait, the physics thread sends its answers itself.
     ///
     /// # Errors
-    /// Returns an error if the system gives no thread.
+    /// Returns an error if the system refuses the thread.
     pub(super) fn start(
         (real_time, room): (RealTime, usize),
         state_cell: Arc<PublishedStateCell>,
@@ -95,13 +96,14 @@ impl Relay {
     }
 }
 
-/// All answers are on their way then, so that the daemon ends with none left.
+/// All answers are sent before this returns, so that the daemon ends without unsent ones.
 impl Drop for Relay {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Release);
         self.shared.unpark();
         self.shared.send_answers();
-        // What it has taken and not sent yet: callers look for their answer once the driver has ended, and not later.
+        // The thread may hold answers that it has not sent yet. Callers look for theirs once the driver has
+        // ended, and not later.
         if let Some(handle) = self.handle.take() {
             drop(handle.join());
         }
@@ -123,7 +125,7 @@ impl Shared {
 
     fn serve(&self) {
         loop {
-            // Before the look: what was handed over before the end is served.
+            // Read before the look: everything handed over before the end is served.
             let is_over = self.is_over.load(Ordering::Acquire);
             self.send_answers();
             self.state_cell.announcer().relay();
@@ -138,7 +140,7 @@ impl Shared {
 }
 
 impl Answer {
-    /// A caller that is gone does not read its answer, which is no fault.
+    /// A caller that has disconnected does not read its answer, which is no fault.
     pub(super) fn send(self) {
         match self {
             Self::Done(answer) => answer.send(),

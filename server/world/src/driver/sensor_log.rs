@@ -1,11 +1,12 @@
-//! What sensors measured, for any number of readers: the last readings of each, numbered.
+//! Log of sensor readings for any number of readers: the last readings of each sensor, numbered.
 //!
-//! The driver hands readings over through a queue without a lock, and waits for no reader: see `writer`. Readers hold the
-//! lock of what is kept, and move to it what waits in the queue before they look: so each sees all that was handed
-//! over before it asked. One task does the same for readers that wait, and wakes them.
+//! The driver hands readings over through a queue without a lock, and waits for no reader: see `writer`.
+//! Readers lock the kept readings, and first move the queued ones to them. So each sees everything that was
+//! handed over before its call. One task does the same for waiting readers, and wakes them.
 //!
-//! * `reading`: a reading as it is kept. `ring`: the last readings of one sensor.
-//! * `scans`: samples whose measurement takes long. `cameras`: those of cameras. `writer`: the driver's end.
+//! * `reading`: a kept reading. `ring`: the last readings of one sensor.
+//! * `scans`: samples whose measurement takes long. `cameras`: samples of cameras. `writer`: the driver's
+//!   end.
 
 mod cameras;
 mod reading;
@@ -37,40 +38,40 @@ use ring::Ring;
 use scans::{CountedSample, DueSamples, Scans};
 pub(super) use writer::SensorWriter;
 
-/// Bytes of what is kept of all sensors.
+/// Maximum bytes of all kept readings.
 const MOST_BYTES: usize = 64 << 20;
-/// Bytes of what is kept of one sensor.
+/// Maximum bytes of one sensor's kept readings.
 const MOST_BYTES_OF_ONE: usize = 4 << 20;
-/// Steps whose readings may wait in the queue.
+/// Capacity of the queue, steps.
 const MOST_STEPS: usize = 4_096;
-/// Readings that may wait in the queue.
+/// Capacity of the queue, readings.
 const MOST_WAITING: usize = 65_536;
-/// Lists of readings that are kept for their memory.
+/// Maximum number of empty lists kept for reuse.
 const EMPTIED: usize = 16;
-/// Steps whose samples that take long may wait in the queue.
+/// Maximum number of queued steps with samples that take long.
 const MOST_DUE: usize = 16;
 
-/// The readings of a step.
+/// Readings of a step.
 #[derive(Debug)]
 struct Batch {
     of: OfState,
-    /// Each with its count of those of its sensor.
+    /// Readings, each with its count within its sensor.
     readings: Vec<(u64, SensorReading)>,
 }
 
-/// The last readings of each sensor.
+/// Log of the last readings of each sensor.
 #[derive(Debug)]
 pub(crate) struct SensorLog {
-    /// Says which sensors there are.
+    /// Published states, which list the sensors.
     state_cell: Arc<PublishedStateCell>,
     arrived: ArrayQueue<Batch>,
-    /// Readings in `arrived`.
+    /// Number of readings in `arrived`.
     waiting: AtomicUsize,
-    /// Lists for the driver to fill.
+    /// Empty lists for the driver to fill.
     emptied: ArrayQueue<Vec<(u64, SensorReading)>>,
     due: ArrayQueue<DueSamples>,
     announcer: Announcer,
-    /// Held for a look, never by the driver.
+    /// Locked for a look, never by the driver.
     kept: Mutex<Kept>,
     grown: Notify,
     scan_is_due: Notify,
@@ -78,19 +79,19 @@ pub(crate) struct SensorLog {
 
 #[derive(Debug)]
 struct Kept {
-    /// By sensor.
+    /// Kept readings by sensor.
     rings: BTreeMap<u64, Ring>,
-    /// The sensors that have one.
+    /// Sensors that have a ring.
     sensors: Arc<Vec<WorldSensor>>,
-    /// Bytes of each ring.
+    /// Maximum bytes of each ring.
     share: usize,
-    /// The largest number that a reading has had.
+    /// Largest number of any reading.
     last_sequence: u64,
     scans: Scans,
     cameras: CameraSamples,
 }
 
-/// A sample that its holder is to measure. Of this sensor no other is measured as long as this is kept.
+/// A sample to measure. While it exists, no other sample of its sensor is measured.
 #[derive(Debug)]
 pub(crate) struct Scan {
     log: Arc<SensorLog>,
@@ -100,7 +101,7 @@ pub(crate) struct Scan {
 }
 
 impl SensorLog {
-    /// Keeps readings of the sensors that published states have; and the driver's end.
+    /// Makes a log for the sensors of published states, and the driver's end.
     pub(super) fn new(state_cell: Arc<PublishedStateCell>) -> (Arc<Self>, SensorWriter) {
         let kept = Kept {
             rings: BTreeMap::new(),
@@ -124,13 +125,13 @@ impl SensorLog {
         (Arc::clone(&log), SensorWriter::new(log))
     }
 
-    /// What is kept, with all that was handed over by now.
+    /// Locks the kept readings, after adding all queued ones.
     fn collected(&self) -> MutexGuard<'_, Kept> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         kept.follow(&self.state_cell);
         while let Some(Batch { of, mut readings }) = self.arrived.pop() {
             self.waiting.fetch_sub(readings.len(), Ordering::Relaxed);
-            // Its sensors were published before it came.
+            // Its sensors were published before the reading arrived.
             kept.follow(&self.state_cell);
             readings.drain(..).for_each(|(count, reading)| kept.push(reading, count, of));
             drop(self.emptied.push(readings));
@@ -147,7 +148,7 @@ impl SensorLog {
         &self.announcer
     }
 
-    /// Wakes readers and those who measure, as long as it is polled. One task does so.
+    /// Wakes readers and measuring threads while it is polled, by one task.
     pub(crate) async fn announce(&self) {
         let mut announced = 0;
         loop {
@@ -156,30 +157,31 @@ impl SensorLog {
                 self.scan_is_due.notify_waiters();
             }
             self.grown.notify_waiters();
-            // A world that runs as fast as it can would leave this thread to nothing else.
+            // A world that runs as fast as possible would otherwise occupy this thread alone.
             tokio::task::yield_now().await;
         }
     }
 
-    /// Ready once there may be news. It is asked for before the look that finds none.
+    /// Returns a future that is ready once there may be news. Callers create it before a look that finds
+    /// none.
     pub(crate) fn grown(&self) -> Notified<'_> {
         self.grown.notified()
     }
 
-    /// The newest reading of each of these sensors.
+    /// Returns the newest reading of each of these sensors.
     pub(crate) fn newest(&self, ids: impl IntoIterator<Item = u64>) -> Vec<ReadingBatch> {
         let kept = self.collected();
         ids.into_iter().map(|id| kept.rings.get(&id).map(Ring::newest).unwrap_or_default()).collect()
     }
 
-    /// The number of the newest reading of each of these sensors.
+    /// Returns the number of the newest reading of each of these sensors.
     pub(crate) fn last_sequences(&self, ids: impl IntoIterator<Item = u64>) -> Vec<u64> {
         let kept = self.collected();
         ids.into_iter().map(|id| kept.rings.get(&id).map_or(0, Ring::last)).collect()
     }
 
-    /// Of each of these sensors the readings after a number. Each has its part of so many bytes, and at least one reading
-    /// where there is one.
+    /// Returns the readings of each of these sensors after a number. Each sensor gets an equal part of
+    /// `bytes`, and at least one reading if it has one.
     pub(crate) fn after(&self, wanted: &[(u64, u64)], bytes: usize) -> Vec<ReadingBatch> {
         let kept = self.collected();
         let share = bytes / wanted.len().max(1);
@@ -190,13 +192,14 @@ impl SensorLog {
         wanted.iter().map(of).collect()
     }
 
-    /// The samples of these sensors that wait or are being measured: the sensor, and the sequence of the state.
+    /// Returns the samples of these sensors that wait or are being measured: sensor, and sequence of the
+    /// state.
     pub(crate) fn scans_due(&self, ids: impl IntoIterator<Item = u64>) -> Vec<(u64, u64)> {
         let kept = self.collected();
         ids.into_iter().filter_map(|id| Some((id, kept.scans.due_by(id)?))).collect()
     }
 
-    /// Whether each of these samples, or one of a newer state, was measured or given up.
+    /// Returns whether each of these samples, or a newer one of its sensor, was measured or given up.
     pub(crate) fn are_measured(&self, scans: &[(u64, u64)]) -> bool {
         let kept = self.collected();
         scans.iter().all(|&(id, sequence)| {
@@ -205,22 +208,22 @@ impl SensorLog {
         })
     }
 
-    /// The newest sample of each camera that is wanted, by its id, that came since the last time.
+    /// Returns the newest sample of each wanted camera since the last call, by its id.
     pub(crate) fn camera_samples(&self) -> Vec<(u64, CameraSample)> {
         self.collected().cameras.take()
     }
 
-    /// From now on the samples of these cameras are kept, by their ids, and no others.
+    /// Keeps samples of the cameras with these ids from now on, and no others.
     pub(crate) fn want_cameras(&self, ids: impl Iterator<Item = u64>) {
         self.collected().cameras.want(ids);
     }
 
-    /// Drops what is kept of sensors that are gone.
+    /// Drops readings of deleted sensors.
     pub(crate) fn tidy(&self) {
         drop(self.collected());
     }
 
-    /// The next sample to measure, once there is one.
+    /// Waits for the next sample to measure.
     pub(crate) async fn next_scan(self: &Arc<Self>) -> Scan {
         loop {
             let is_due = self.scan_is_due.notified();
@@ -234,7 +237,7 @@ impl SensorLog {
 }
 
 impl Kept {
-    /// Has a ring for each sensor that there is now, and for no other.
+    /// Keeps one ring for each present sensor, and no others.
     fn follow(&mut self, state_cell: &PublishedStateCell) {
         let newest = state_cell.newest();
         let sensors = &newest.state.sensors;
@@ -255,7 +258,7 @@ impl Kept {
         }
     }
 
-    /// A reading of a sensor that went meanwhile is dropped.
+    /// Adds a reading; readings of deleted sensors are dropped.
     fn push(&mut self, reading: SensorReading, count: u64, of: OfState) {
         let Some(ring) = self.rings.get_mut(&reading.id) else { return };
         ring.push(LoggedReading::new(reading, of), count, self.share);
@@ -264,8 +267,8 @@ impl Kept {
 }
 
 impl Scan {
-    /// Measures; gives up as soon as it is not wanted any more. What it comes to is handed over where this is dropped, which
-    /// takes the lock of the log: a thread that gives way to others must not hold that.
+    /// Measures, and gives up when cancelled. Dropping this hands the result over, which locks the log: a
+    /// thread of low priority must not hold that lock while it measures.
     pub(crate) fn measure(&mut self, is_cancelled: &dyn Fn() -> bool) {
         self.reading = self.state.state.reading(&self.sample.sample, is_cancelled);
     }
@@ -276,7 +279,7 @@ impl Drop for Scan {
         let of = OfState { wall_time: self.state.wall_time, sequence: self.state.sequence };
         let mut kept = self.log.collected();
         kept.scans.end(self.sample.sample.id);
-        // None where it was cancelled, or where what measures failed.
+        // Empty if the measurement was cancelled or panicked.
         if let Some(reading) = self.reading.take() {
             kept.push(reading, self.sample.count, of);
         }

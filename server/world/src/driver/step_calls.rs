@@ -1,4 +1,4 @@
-//! What comes before the steps that calls ask for: whether they may be done at all, and their targets.
+//! Checks before requested steps: whether they are allowed, and their targets.
 
 use simd_core::simulation::command::{ClaimId, Clamped, SetTargets};
 use simd_core::{Command, Reply};
@@ -11,7 +11,8 @@ use crate::call_error::CallError;
 use crate::run_state::RunState;
 
 impl<W: World> Driver<W> {
-    /// Of a call that is done alone. Its targets are applied and not published: the first step shows them.
+    /// Begins the steps of a call outside of a lockstep. Its targets are applied but not published: the first
+    /// step shows them.
     pub(super) fn begin_steps(
         &mut self,
         targets: Option<SetTargets>,
@@ -28,7 +29,8 @@ impl<W: World> Driver<W> {
         }
     }
 
-    /// Of a member of a lockstep, whose steps are asked for once the other members have asked too, with `steps_claim`.
+    /// Applies the targets of a lockstep member. The steps follow once the other members have asked too, with
+    /// `steps_claim`.
     pub(super) fn targets_of_member(
         &mut self,
         targets: &Command,
@@ -40,7 +42,8 @@ impl<W: World> Driver<W> {
         self.command(targets, claim, sender)
     }
 
-    /// Whether steps may be done that come with a claim, or without one; `None`: with which is not known yet.
+    /// Checks whether steps are allowed with a claim or without one; the outer `None` means that the claim is
+    /// not known yet.
     fn may_step(&self, claim: Option<Option<ClaimId>>) -> Result<(), CallError> {
         if self.state == RunState::Playing {
             return Err(CallError::WrongState {

@@ -1,4 +1,4 @@
-//! Steps that callers asked for while the world does not play, in order.
+//! Steps that callers requested while the world does not play, in order.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use crate::call_error::CallError;
 /// Calls that wait for their steps.
 #[derive(Debug)]
 pub(super) struct StepQueue {
-    /// How many calls may wait. Each holds a connection.
+    /// Maximum number of waiting calls. Each holds a connection.
     limit: usize,
     calls: VecDeque<Pending>,
 }
@@ -21,19 +21,19 @@ pub(super) struct StepQueue {
 pub(super) struct Pending {
     steps: u64,
     done: u64,
-    /// Of the targets that it brought, which hold already.
+    /// Clamped targets of the call, which are already applied.
     pub(super) clamped: Vec<Clamped>,
-    /// After its last step.
+    /// Receiver of the result after its last step.
     pub(super) reply: ReplyTo<Stepped>,
 }
 
 impl StepQueue {
-    /// For so many calls.
+    /// Makes a queue for at most `limit` calls.
     pub(super) fn new(limit: usize) -> Self {
         Self { limit, calls: VecDeque::new() }
     }
 
-    /// Refuses one call more than may wait.
+    /// Refuses a call if the queue is full.
     pub(super) fn has_room(&self) -> Result<(), CallError> {
         if self.calls.len() < self.limit {
             return Ok(());
@@ -45,13 +45,13 @@ impl StepQueue {
         })
     }
 
-    /// Appends a call; to be asked for room before.
+    /// Appends a call; the caller checks `has_room` before.
     pub(super) fn push(&mut self, steps: u64, clamped: Vec<Clamped>, reply: ReplyTo<Stepped>) {
         self.calls.push_back(Pending { steps, done: 0, clamped, reply });
     }
 
-    /// Whether a step is to be done. Calls whose caller is gone are dropped: what
-    /// was done of them stays done.
+    /// Returns whether a step is wanted. Calls of disconnected callers are dropped; their completed steps
+    /// stay.
     pub(super) fn is_wanted(&mut self) -> bool {
         while self.calls.front().is_some_and(|call| call.reply.is_closed()) {
             self.calls.pop_front();
@@ -59,7 +59,7 @@ impl StepQueue {
         !self.calls.is_empty()
     }
 
-    /// Counts a step; gives the call that it completes.
+    /// Counts a step, and returns the call that it completes, if any.
     pub(super) fn stepped(&mut self) -> Option<Pending> {
         let first = self.calls.front_mut()?;
         first.done += 1;
@@ -69,7 +69,7 @@ impl StepQueue {
         self.calls.pop_front()
     }
 
-    /// Takes the first call, which `by` ends, and why it ended.
+    /// Takes the first call, and the error that names `by` as the cause of its end.
     pub(super) fn superseded(&mut self, by: &str) -> Option<(ReplyTo<Stepped>, CallError)> {
         let Pending { steps, done, clamped: _, reply } = self.calls.pop_front()?;
         Some((reply, CallError::Superseded { by: by.into(), steps_done: done, steps }))

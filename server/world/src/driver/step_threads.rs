@@ -1,4 +1,4 @@
-//! The threads that a step may use: the physics thread, and others that the daemon owns and lends to the world.
+//! Threads that a step may use: the physics thread, and others that the daemon owns and gives to the world.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -10,23 +10,24 @@ use simd_core::pool::Pool;
 
 use super::realtime::{self, RealTime};
 
-/// Threads at the most.
+/// Maximum number of threads.
 pub const MOST_STEP_THREADS: u64 = 64;
 
-/// A thread that looks for work in vain so often gives its processor to others.
+/// Number of failed looks for work after which a thread yields its processor.
 const LOOKS: u32 = 16;
 
-/// After a step a thread looks for work so often, about 50 microseconds in all, before it sleeps.
+/// Number of looks for work after a step before a thread sleeps, about 50 microseconds in all.
 const LINGERS: u32 = 50 * LOOKS;
 
-/// As many at the most where the operator leaves it to the daemon: beyond that a step's threads wait for each other.
+/// Maximum number if the daemon chooses: with more, a step's threads wait for each other.
 const MOST_BY_ITSELF: usize = 4;
 
-/// The thread that made it and others, which sleep while no step is made.
+/// The calling thread and others, which sleep between steps.
 ///
-/// rayon's pool, of which the physics thread is one: `join` takes no memory, and work that no other thread has taken
-/// when the physics thread comes to it is done there. The other threads do nothing but look for such work, and sleep between steps:
-/// by itself rayon lets them sleep between the turns of a step too, and to wake one takes as long as a turn of a hundred robots.
+/// It is a pool of rayon that includes the physics thread. `join` allocates nothing, and the physics thread
+/// itself executes work that no other thread has taken by then. The other threads only look for such work,
+/// and sleep between steps. On its own, rayon would let them sleep between the phases of a step too. Waking
+/// one takes as long as a phase of a hundred robots.
 #[derive(Debug)]
 pub struct StepThreads {
     pool: ThreadPool,
@@ -36,25 +37,25 @@ pub struct StepThreads {
 /// The threads beside the physics thread.
 #[derive(Debug, Default)]
 struct Others {
-    /// They look for work, and do not sleep.
+    /// Whether they look for work, and do not sleep.
     are_awake: AtomicBool,
-    /// They end.
+    /// Whether they must end.
     end: AtomicBool,
-    /// Those that have begun.
+    /// Threads that have begun.
     threads: Mutex<Vec<Thread>>,
 }
 
 impl StepThreads {
-    /// Of `count` threads, the calling one included, which can belong to no other. The others get what the physics thread
-    /// has of the system. `None` where that is the calling thread alone.
+    /// Starts a pool of `count` threads, including the calling one, which can belong to no other pool. The
+    /// others get the real-time settings of the physics thread. Returns `None` for the calling thread alone.
     ///
     /// # Errors
-    /// Returns an error if the system gives no threads, or the calling one belongs to others.
+    /// Returns an error if the system refuses the threads, or the calling one belongs to another pool.
     pub fn start(count: usize, real_time: RealTime) -> Result<Option<Arc<Self>>, ThreadPoolBuildError> {
         if count < 2 {
             return Ok(None);
         }
-        // Memory is locked for the whole process.
+        // Memory is already locked for the whole process.
         let real_time = RealTime { lock_memory: false, ..real_time };
         let pool = ThreadPoolBuilder::new()
             .num_threads(count)
@@ -70,12 +71,12 @@ impl StepThreads {
                 own.look_for_work();
             }
         });
-        // Its own part of that: until it is done the pool would never end.
+        // Executes this thread's own part of the broadcast: otherwise the pool would never end.
         rayon_core::yield_local();
         Ok(Some(Arc::new(Self { pool, others })))
     }
 
-    /// How many there are.
+    /// Returns the number of threads.
     pub fn count(&self) -> usize {
         self.pool.current_num_threads()
     }
@@ -91,7 +92,7 @@ impl Pool for StepThreads {
         let is_done = AtomicBool::new(false);
         let first = || {
             first();
-            // rayon's own way of waiting falls asleep where the second takes a little longer.
+            // rayon's own wait falls asleep if the second part takes a little longer.
             work_until(&is_done);
         };
         let second = || {
@@ -103,7 +104,7 @@ impl Pool for StepThreads {
 
     fn keep_awake(&self, work: &mut (dyn FnMut() + Send)) {
         self.others.are_awake.store(true, Release);
-        // Also where the work panics.
+        // Resets the flag even if the work panics.
         let _asleep = SetOnDrop(&self.others.are_awake, false);
         self.others.threads().iter().for_each(Thread::unpark);
         work();
@@ -126,7 +127,7 @@ impl Others {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does what the thread is for, until it is to end.
+    /// Looks for work until the pool ends.
     fn look_for_work(&self) {
         self.threads().push(std::thread::current());
         let (mut in_vain, mut lingered) = (0, 0);
@@ -135,7 +136,7 @@ impl Others {
                 lingered = 0;
                 in_vain = look(in_vain);
             } else if lingered < LINGERS {
-                // The next step may come at once.
+                // The next step may follow at once.
                 lingered += 1;
                 in_vain = look(in_vain);
             } else {
@@ -145,7 +146,7 @@ impl Others {
     }
 }
 
-/// Does work of the pool until something is done.
+/// Executes work of the pool until `is_done`.
 fn work_until(is_done: &AtomicBool) {
     let mut in_vain = 0;
     while !is_done.load(Acquire) {
@@ -153,8 +154,8 @@ fn work_until(is_done: &AtomicBool) {
     }
 }
 
-/// Does a piece of the pool's work, after so many looks in vain; how many there have been now. Now and then threads of the same
-/// priority get the processor.
+/// Executes a piece of the pool's work; returns the new number of consecutive failed looks. Every few looks,
+/// it yields to threads of the same priority.
 fn look(in_vain: u32) -> u32 {
     if let Some(Yield::Executed) = rayon_core::yield_now() {
         return 0;
@@ -176,8 +177,9 @@ impl Drop for SetOnDrop<'_> {
     }
 }
 
-/// How many threads a step may use, the physics thread included: as many as are asked for; for 0, one less than there are
-/// processors, which is left to those that serve calls. Where the physics thread has processors of its own, no more than these.
+/// Returns the number of threads that a step may use, including the physics thread. It is `asked`, or for 0
+/// one less than the processors, to leave one for the threads that serve calls. If the physics thread has
+/// reserved processors, it is at most their number.
 pub(super) fn count(asked: u32, real_time: &RealTime) -> usize {
     let own = real_time.processors.numbers().count();
     let free = match own {
@@ -215,7 +217,7 @@ mod tests {
                 let threads = StepThreads::start(count, RealTime::default()).unwrap().unwrap();
                 assert_eq!(threads.count(), count);
                 let asleep = sum(&*threads, &numbers);
-                // Often, so that each thread is stopped by the system anywhere.
+                // Many repetitions, so that the system interrupts each thread at any point.
                 for _ in 0..3_000 {
                     let mut awake = 0;
                     threads.keep_awake(&mut || awake = sum(&*threads, &numbers));
@@ -252,7 +254,7 @@ mod tests {
         let run = || {
             let threads = StepThreads::start(2, RealTime::default()).unwrap().unwrap();
             let has_begun = AtomicBool::new(false);
-            // The first waits, so that it does not do the second itself.
+            // The first part waits, so that its thread cannot execute the second.
             let mut first = || {
                 while !has_begun.load(Acquire) {
                     std::thread::yield_now();

@@ -1,4 +1,4 @@
-//! The driver by hand, event by event: no thread and no waiting.
+//! The driver by hand, event by event, without threads and waits.
 
 mod calls;
 mod long_steps;
@@ -16,7 +16,7 @@ use crate::call_error::CallError;
 
 type Answer<T> = Receiver<Result<T, CallError>>;
 
-/// A driver, and the other end of it.
+/// A driver and its link.
 struct Bench {
     driver: Driver<FakeWorld>,
     link: Link,
@@ -43,7 +43,7 @@ impl Bench {
         self.post(|reply| Event::Step { targets: None, steps, claim: None, sender: None, reply })
     }
 
-    /// With targets, which a fake world refuses for `missing`.
+    /// Requests steps with targets, which a fake world refuses for `missing`.
     fn steps_of(&self, robot: &str, steps: u64) -> Answer<Stepped> {
         let targets = RobotTargets { robot: robot.into(), ..RobotTargets::default() };
         let targets = Some(SetTargets { robots: vec![targets], ..SetTargets::default() });

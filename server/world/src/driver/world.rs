@@ -1,5 +1,5 @@
-//! What the driver needs of a world. There is one world, [`Simulation`]; tests of
-//! the driver bring their own, which stalls and fails when a test asks for it.
+//! The driver's interface to a world. The real world is [`Simulation`]; tests of the driver use their own,
+//! which stall and fail on request.
 
 use std::sync::Arc;
 

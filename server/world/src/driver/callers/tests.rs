@@ -1,4 +1,4 @@
-//! A driver in its lock, by hand: no thread but where a test says so.
+//! A driver in its lock, driven by hand: threads exist only where a test starts them.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ fn shared(state: RunState) -> (Arc<Shared<FakeWorld>>, Link) {
     (Arc::new(Shared::new(driver)), link)
 }
 
-/// Asks for steps; the answer is the step that they lead to.
+/// Asks for steps; the answer is the number of the last step.
 fn steps(link: &Link, steps: u64) -> impl FnMut() -> Option<u64> + use<> {
     let (reply, mut answer) = oneshot::channel();
     let event = Event::Step { targets: None, steps, claim: None, sender: None, reply };
@@ -74,6 +74,6 @@ fn a_driver_that_is_asked_to_end_is_ended_by_the_thread_that_has_it() {
     link.mailbox.close();
     shared.drive(&mut || false);
     assert!(link.mailbox.ended().is_cancelled());
-    // And its thread finds that, and does not wait.
+    // The driver's thread notices the end, and does not wait.
     shared.serve();
 }

@@ -70,7 +70,7 @@ async fn a_waiting_reader_gets_the_next_event() {
     assert_eq!(batch.events.len(), 1);
 }
 
-/// The driver logs what happens, and must not wait for who reads it.
+/// The driver logs events, and must not wait for readers.
 #[test]
 fn events_are_logged_while_a_reader_holds_those_that_are_kept() {
     let log = EventLog::new(KEPT);
@@ -89,7 +89,7 @@ fn events_without_end_that_no_reader_looks_at_take_no_more_memory() {
     assert!(log.collected().early.is_empty());
 }
 
-/// Two threads log, and the one that has the larger number is faster.
+/// Two threads log, and the one with the larger number is faster.
 #[test]
 fn an_event_is_read_once_those_before_it_are_there() {
     let log = EventLog::new(KEPT);

@@ -1,12 +1,12 @@
-//! The pacer, given the time.
+//! The pacer, with given times.
 
 use super::*;
 
 const LIMIT: Duration = Duration::from_millis(200);
 const MS: Duration = Duration::from_millis(1);
 
-/// Plays until `end`, where each wait ends `late` after its deadline and a
-/// step takes `cost`; gives the steps that were done and the time after the last.
+/// Plays until `end`, with waits that end `late` after their deadline and steps that take `cost`. Returns the
+/// number of steps and the time after the last.
 fn play(pacer: &mut Pacer, from: Instant, end: Instant, late: Duration, cost: Duration) -> (u64, Instant) {
     let (mut now, mut steps) = (from, 0);
     loop {
@@ -25,7 +25,7 @@ fn play(pacer: &mut Pacer, from: Instant, end: Instant, late: Duration, cost: Du
 #[test]
 fn a_million_late_wakeups_do_not_add_up_to_drift() {
     let start = Instant::now();
-    // A third of a millisecond is no whole number of nanoseconds.
+    // A third of a millisecond is not a whole number of nanoseconds.
     let period = 1e-3 / 3.0;
     let mut pacer = Pacer::new(Some(period), LIMIT, start);
     for step in 1..=1_000_000_u64 {
@@ -86,7 +86,7 @@ fn a_world_that_is_too_slow_drops_what_it_cannot_do() {
     let (steps, end) = play(&mut pacer, start, start + Duration::from_secs(10), Duration::ZERO, 2 * MS);
     let lag = (end - start).as_secs_f64() - steps as f64 * 1e-3;
     assert!(pacer.dropped_lag() > lag - 0.25 && pacer.dropped_lag() <= lag);
-    // 0.2 s of lag collect in 0.4 s.
+    // A lag of 0.2 s accumulates in 0.4 s.
     assert!((20..30).contains(&pacer.overruns()), "{}", pacer.overruns());
 }
 

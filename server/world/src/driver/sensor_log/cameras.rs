@@ -1,4 +1,5 @@
-//! Samples of cameras: of each that is wanted the newest, with the state that it is of. What is not wanted holds no state.
+//! Samples of cameras: the newest sample of each wanted camera, with its state. Unwanted cameras hold no
+//! state.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,26 +13,26 @@ use crate::driver::published::Published;
 /// A sample of a camera.
 #[derive(Clone, Debug)]
 pub(crate) struct CameraSample {
-    /// What is to be seen.
+    /// State to draw.
     pub(crate) state: Arc<Published>,
-    /// Samples before it that were never taken from here.
+    /// Number of earlier samples that were never taken from here.
     pub(crate) missed: u64,
 }
 
-/// The samples of cameras.
+/// Samples of cameras.
 #[derive(Debug, Default)]
 pub(super) struct CameraSamples {
-    /// The ids of the cameras that there are.
+    /// Ids of the present cameras.
     cameras: BTreeSet<u64>,
-    /// By the ids of those that are wanted the count of the last sample that was taken from here; of the one before the first
-    /// where none was.
+    /// Wanted cameras by id, with the count of the last taken sample; before the first one, the count
+    /// preceding it.
     wanted: BTreeMap<u64, Option<u64>>,
-    /// Each with its count of those of its sensor.
+    /// Newest samples, each with its count within its sensor.
     newest: BTreeMap<u64, (u64, CameraSample)>,
 }
 
 impl CameraSamples {
-    /// Keeps those of the sensors that there are.
+    /// Drops samples of sensors that no longer exist.
     pub(super) fn follow(&mut self, sensors: &[WorldSensor]) {
         let is_camera = |sensor: &&WorldSensor| matches!(sensor.definition.kind, SensorKind::Camera(_));
         self.cameras = sensors.iter().filter(is_camera).map(|sensor| sensor.id).collect();
@@ -40,7 +41,7 @@ impl CameraSamples {
         newest.retain(|id, _| cameras.contains(id));
     }
 
-    /// Takes the samples of cameras out of those of a state.
+    /// Takes the samples of cameras out of a state's samples.
     pub(super) fn take_from(&mut self, due: &mut DueSamples) {
         let DueSamples { state, samples } = due;
         for CountedSample { count, sample } in samples.extract_if(.., |of| of.sample.is_of_camera()) {
@@ -51,7 +52,7 @@ impl CameraSamples {
         }
     }
 
-    /// Those that came.
+    /// Takes the samples that arrived.
     pub(super) fn take(&mut self) -> Vec<(u64, CameraSample)> {
         let newest = std::mem::take(&mut self.newest);
         for (id, (count, _)) in &newest {
@@ -60,7 +61,7 @@ impl CameraSamples {
         newest.into_iter().map(|(id, (_, sample))| (id, sample)).collect()
     }
 
-    /// The cameras whose samples count from now on, by their ids.
+    /// Sets the wanted cameras, by their ids.
     pub(super) fn want(&mut self, ids: impl Iterator<Item = u64>) {
         let Self { cameras, wanted, newest } = self;
         let now = ids.filter(|id| cameras.contains(id));

@@ -1,5 +1,5 @@
-//! A reading as it is kept. What it is of is named, so that it keeps no robot in memory that is gone, and a copy of it is
-//! small.
+//! A kept reading. It names robots and links instead of holding them, so that it keeps no deleted robot in
+//! memory, and a copy is small.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -16,81 +16,81 @@ use simd_model::sensor::SensorKind;
 /// A reading of a sensor, with its number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoggedReading {
-    /// Larger than that of every reading of a sensor of this name before.
+    /// Number, larger than in every earlier reading of a sensor of this name.
     pub sequence: u64,
-    /// Counts the sensor's samples from 1, lost ones too. Begins anew where an epoch does.
+    /// Count of the sensor's samples from 1, lost ones included. It restarts with each epoch.
     pub sample: u64,
-    /// Of the state that was measured.
+    /// Moment of the measured state.
     pub at: Moment,
-    /// When that state was published.
+    /// Wall time at which that state was published.
     pub wall_time: SystemTime,
-    /// Of that state.
+    /// Sequence of that state.
     pub state_sequence: u64,
-    /// What was measured.
+    /// Measured values.
     pub measured: Measured,
 }
 
-/// What was measured, by kind: see [`Measurement`].
+/// Measured values by kind: see [`Measurement`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measured {
-    /// Of an inertial unit.
+    /// Inertial measurement unit.
     Imu(ImuMeasurement),
-    /// Of a sensor of force and torque.
+    /// Force-torque sensor.
     ForceTorque(WrenchMeasurement),
-    /// Of a sensor of contact.
+    /// Contact sensor.
     Contact(Arc<ContactReading>),
-    /// Of a range finder, metres.
+    /// Range finder, metres.
     Range(f64),
-    /// Of a lidar.
+    /// Lidar.
     Lidar {
-        /// Metres, row by row.
+        /// Ranges row by row, metres.
         ranges: Arc<[f32]>,
-        /// Ranges in a row.
+        /// Number of ranges in a row.
         columns: u32,
-        /// From one scan to the next, seconds.
+        /// Time from one scan to the next, seconds.
         period: f64,
     },
-    /// Of a link's state.
+    /// State of a link.
     LinkState(MotionMeasurement),
-    /// Of an encoder.
+    /// Encoder.
     Encoder(EncoderMeasurement),
-    /// Of odometry.
+    /// Odometry.
     Odometry(MotionMeasurement),
 }
 
-/// [`ContactMeasurement`] with the names of who touches.
+/// [`ContactMeasurement`] with the names of touching links.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactReading {
-    /// The sum of all normal forces is above the sensor's threshold.
+    /// Whether the sum of all normal forces is above the sensor's threshold.
     pub touching: bool,
-    /// On the link, world axes, N.
+    /// Force on the link, world axes, N.
     pub force: DVec3,
-    /// The sum of the normal forces, N.
+    /// Sum of the normal forces, N.
     pub normal_force: f64,
-    /// Who touches it.
+    /// Touching links.
     pub partners: Vec<NamedContactPartner>,
-    /// Those that are not listed.
+    /// Number of touching links that are not listed.
     pub more_partners: usize,
 }
 
 /// [`ContactPartner`] with its names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NamedContactPartner {
-    /// Its robot.
+    /// Name of the robot.
     pub robot: String,
-    /// Its name.
+    /// Name of the link.
     pub link: String,
-    /// Of it on the sensor's link, world axes, N.
+    /// Its force on the sensor's link, world axes, N.
     pub force: DVec3,
-    /// The sum of the normal forces of its points, N.
+    /// Sum of the normal forces of its points, N.
     pub normal_force: f64,
-    /// How far the two overlap at the most, metres; negative where they are about to touch.
+    /// Maximum penetration depth, metres; negative before they touch.
     pub depth: f64,
-    /// Points at which they touch.
+    /// Number of contact points.
     pub points: usize,
 }
 
-/// When a state was published, and its number.
+/// Publication time and sequence of a state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OfState {
     pub(super) wall_time: SystemTime,
@@ -98,7 +98,7 @@ pub(super) struct OfState {
 }
 
 impl LoggedReading {
-    /// As it is kept; the number is given by who keeps it.
+    /// Makes a kept reading; the log assigns its number.
     pub(super) fn new(reading: SensorReading, of: OfState) -> Self {
         let SensorReading { id: _, definition, robot: _, world, sample, at, period, measurement } = reading;
         let measured = match measurement {
@@ -121,7 +121,7 @@ impl LoggedReading {
         Self { sequence: 0, sample, at, wall_time, state_sequence, measured }
     }
 
-    /// About how much memory it takes.
+    /// Returns its approximate memory, bytes.
     pub(crate) fn bytes(&self) -> usize {
         let beside = match &self.measured {
             Measured::Contact(touch) => {

@@ -4,22 +4,22 @@ use std::collections::VecDeque;
 
 use super::reading::LoggedReading;
 
-/// How many are kept.
+/// Maximum number of kept readings.
 pub(super) const MOST_READINGS: usize = 4_096;
 
 /// Readings of a sensor, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadingBatch {
-    /// In order.
+    /// Readings, in order.
     pub readings: Vec<LoggedReading>,
-    /// Readings before the last of these that are gone, also between them.
+    /// Number of readings up to the last of these that are lost, also between them.
     pub missed: u64,
-    /// The number after which what is new begins.
+    /// Number after which new readings begin.
     pub after: u64,
 }
 
 impl ReadingBatch {
-    /// Whether there is anything new.
+    /// Returns whether there is anything new.
     pub fn is_news(&self) -> bool {
         !self.readings.is_empty()
     }
@@ -29,22 +29,22 @@ impl ReadingBatch {
 #[derive(Debug)]
 pub(super) struct Ring {
     readings: VecDeque<LoggedReading>,
-    /// Of all of them.
+    /// Bytes of all kept readings.
     bytes: usize,
-    /// The number before that of its first reading.
+    /// Number before the sensor's first reading.
     base: u64,
-    /// The number of the newest reading.
+    /// Number of the newest reading.
     last: u64,
 }
 
 impl Ring {
-    /// Of a sensor whose numbers begin after this one.
+    /// Makes a ring for a sensor whose numbers begin after `base`.
     pub(super) fn new(base: u64) -> Self {
         Self { readings: VecDeque::new(), bytes: 0, base, last: base }
     }
 
-    /// Keeps the reading of which this is the count, from 1, of all that were to come, lost ones too; in so many bytes with those
-    /// before.
+    /// Keeps a reading. `count` counts the sensor's readings from 1, lost ones included; all kept readings
+    /// take at most `share` bytes.
     pub(super) fn push(&mut self, mut reading: LoggedReading, count: u64, share: usize) {
         self.last = (self.base + count).max(self.last + 1);
         reading.sequence = self.last;
@@ -53,31 +53,32 @@ impl Ring {
         self.trim(share);
     }
 
-    /// Drops the oldest, so that what is left takes so many bytes.
+    /// Drops the oldest readings until the rest takes at most `share` bytes.
     pub(super) fn trim(&mut self, share: usize) {
         while self.readings.len() > MOST_READINGS || (self.bytes > share && self.readings.len() > 1) {
             self.bytes -= self.readings.pop_front().map_or(0, |gone| gone.bytes());
         }
     }
 
-    /// The number of the newest reading; that before its first where there is none.
+    /// Returns the number of the newest reading; before the first one, the number preceding it.
     pub(super) fn last(&self) -> u64 {
         self.last
     }
 
-    /// The newest reading.
+    /// Returns the newest reading.
     pub(super) fn newest(&self) -> ReadingBatch {
         let readings = self.readings.back().cloned().into_iter().collect();
         ReadingBatch { readings, missed: 0, after: self.last }
     }
 
-    /// The state of which the newest reading is.
+    /// Returns the sequence of the newest reading's state.
     pub(super) fn newest_state(&self) -> Option<u64> {
         self.readings.back().map(|reading| reading.state_sequence)
     }
 
-    /// The readings after a number, of about so many bytes, but at least one where there is one. A number that lies ahead
-    /// is of another life of the daemon, and reads all that is kept.
+    /// Returns the readings after a number, of about `bytes` bytes, but at least one if there is one. A
+    /// larger number than the newest comes from before a restart of the daemon, and returns all kept
+    /// readings.
     pub(super) fn after(&self, after: u64, bytes: usize) -> ReadingBatch {
         let after = if after > self.last { self.base } else { after.max(self.base) };
         let begin = self.readings.partition_point(|reading| reading.sequence <= after);

@@ -1,6 +1,8 @@
-//! Samples whose measurement takes long: those that wait, and those that are being measured. Of each sensor the newest waits
-//! and one is measured at a time, so that its readings come in order. The sensor of which none was begun for longest is next:
-//! where there is more to measure than time, each is measured less often, and none is left out.
+//! Samples whose measurement takes long: waiting ones, and those being measured.
+//!
+//! For each sensor, only the newest sample waits and one is measured at a time, so that its readings are in
+//! order. The sensor whose last measurement began longest ago is next. Under overload, each sensor is
+//! measured less often, and none is left out.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -9,17 +11,17 @@ use simd_core::simulation::sensors::DueSample;
 
 use crate::driver::published::Published;
 
-/// States that are held for samples which wait.
+/// Maximum number of states that waiting samples hold.
 const MOST_STATES: usize = 16;
 
-/// The samples of one state.
+/// Samples of one state.
 #[derive(Debug)]
 pub(super) struct DueSamples {
     pub(super) state: Arc<Published>,
     pub(super) samples: Vec<CountedSample>,
 }
 
-/// A sample with its count of those of its sensor, from 1.
+/// A sample with its count within its sensor, from 1.
 #[derive(Debug)]
 pub(super) struct CountedSample {
     pub(super) count: u64,
@@ -29,18 +31,18 @@ pub(super) struct CountedSample {
 /// Samples that wait or are being measured.
 #[derive(Debug, Default)]
 pub(super) struct Scans {
-    /// Oldest first. A sensor is in it once.
+    /// Waiting samples, oldest first. Each sensor occurs once.
     waiting: VecDeque<DueSamples>,
-    /// The sequence of the state, by sensor.
+    /// Sequence of the state being measured, by sensor.
     under_way: BTreeMap<u64, u64>,
-    /// When the last sample of a sensor was begun, counted in samples.
+    /// Value of `count` when the last measurement of a sensor began.
     begun: BTreeMap<u64, u64>,
-    /// Samples that were begun.
+    /// Number of begun measurements.
     count: u64,
 }
 
 impl Scans {
-    /// Adds samples. Older ones of the same sensors that wait are not going to be measured.
+    /// Adds samples. They replace older waiting samples of the same sensors.
     pub(super) fn add(&mut self, due: DueSamples) {
         let newer: BTreeSet<u64> = due.samples.iter().map(|counted| counted.sample.id).collect();
         self.retain_waiting(|id| !newer.contains(&id));
@@ -51,8 +53,8 @@ impl Scans {
         self.waiting.drain(..many);
     }
 
-    /// Takes a sample of a sensor of which none is being measured: of those the one whose last was begun first, and of sensors
-    /// of which none ever was the oldest.
+    /// Takes a sample of a sensor that is not being measured. The sensor whose last measurement began first
+    /// is preferred. Sensors without any measurement come before it, oldest sample first.
     pub(super) fn begin(&mut self) -> Option<(Arc<Published>, CountedSample)> {
         let samples = self.waiting.iter().enumerate().flat_map(|(group, due)| {
             due.samples.iter().enumerate().map(move |(index, counted)| (group, index, counted.sample.id))
@@ -72,25 +74,25 @@ impl Scans {
         Some((state, sample))
     }
 
-    /// The sample of a sensor that was being measured is no longer.
+    /// Notes that the sensor's measurement ended.
     pub(super) fn end(&mut self, id: u64) {
         self.under_way.remove(&id);
     }
 
-    /// Whether a sample waits that can be measured now.
+    /// Returns whether a waiting sample can be measured now.
     pub(super) fn is_ready(&self) -> bool {
         let is_free = |counted: &CountedSample| !self.under_way.contains_key(&counted.sample.id);
         self.waiting.iter().any(|due| due.samples.iter().any(is_free))
     }
 
-    /// The sequence of the newest state of which a sample of this sensor waits or is being measured.
+    /// Returns the sequence of the newest state with a sample of this sensor that waits or is being measured.
     pub(super) fn due_by(&self, id: u64) -> Option<u64> {
         let waits = |due: &&DueSamples| due.samples.iter().any(|counted| counted.sample.id == id);
         let waiting = self.waiting.iter().rev().find(waits).map(|due| due.state.sequence);
         waiting.or_else(|| self.under_way.get(&id).copied())
     }
 
-    /// Keeps the samples of sensors that are still there.
+    /// Keeps only the samples of present sensors.
     pub(super) fn retain(&mut self, is_there: impl Fn(u64) -> bool) {
         self.retain_waiting(&is_there);
         self.begun.retain(|id, _| is_there(*id));

@@ -1,4 +1,4 @@
-//! Readings are kept in order and within bounds, what is gone is counted, and scans are measured newest first.
+//! Readings are kept in order and within bounds, lost ones are counted, and scans are measured newest first.
 
 use std::time::{Duration, SystemTime};
 
@@ -15,7 +15,7 @@ use crate::driver::published::{Pace, Statistics};
 use crate::driver::published_state_cell::Publisher;
 use crate::run_state::RunState;
 
-/// A log, and a publisher whose states have sensors of these ids.
+/// A log, and a publisher whose states have sensors with these ids.
 struct Bench {
     publisher: Publisher,
     log: Arc<SensorLog>,
@@ -32,7 +32,7 @@ impl Bench {
         bench
     }
 
-    /// There are these sensors now.
+    /// Sets the present sensors.
     fn has(&mut self, ids: &[u64]) {
         let sensors = ids.iter().map(|id| WorldSensor { id: *id, robot: 0, definition: definition() });
         let sensors = Arc::new(sensors.collect::<Vec<_>>());
@@ -40,13 +40,14 @@ impl Bench {
         self.writer.published();
     }
 
-    /// A step with a reading of each of these sensors, which says the step's number.
+    /// Makes a step with a reading of each of these sensors, whose value is the step's number.
     fn step(&mut self, ids: &[u64], step: u32) {
         let readings = ids.iter().map(|id| reading(*id, step)).collect();
         self.writer.put(of_state(), readings);
     }
 
-    /// What the readings of a sensor after a number say, how many are gone, and the number for the next time.
+    /// Returns the values of a sensor's readings after a number, the number of lost ones, and the number for
+    /// the next call.
     fn after(&self, id: u64, after: u64) -> (Vec<u32>, u64, u64) {
         let batch = self.log.after(&[(id, after)], usize::MAX).remove(0);
         (batch.readings.iter().map(said).collect(), batch.missed, batch.after)
@@ -105,7 +106,7 @@ fn a_slow_reader_gets_the_number_of_those_that_it_missed() {
     let steps = MOST_READINGS as u32 + 10;
     for step in 1..=steps {
         bench.step(&[7], step);
-        // The queue is shorter than that.
+        // More than the queue holds.
         bench.log.tidy();
     }
     let (readings, missed, after) = bench.after(7, 4);
@@ -117,10 +118,10 @@ fn a_full_queue_drops_the_oldest_and_counts_them_where_they_are_missing() {
     let mut bench = Bench::new(&[7]);
     let full = MOST_STEPS as u32;
     (1..=10).for_each(|step| bench.step(&[7], step));
-    // A look in the middle.
+    // A look in between.
     bench.log.tidy();
     (11..=full + 30).for_each(|step| bench.step(&[7], step));
-    // The ring is as long as the queue, so that what was kept before is gone as well.
+    // The ring is as long as the queue, so earlier readings are lost too.
     let (readings, missed, after) = bench.after(7, 5);
     assert_eq!((readings.len(), readings[0], missed), (MOST_READINGS, 31, 25));
     assert_eq!(after, u64::from(full) + 30);
@@ -133,7 +134,7 @@ fn what_found_no_room_is_counted_where_it_is_missing() {
     (1..=10).for_each(|step| bench.step(&[7], step));
     bench.log.tidy();
     (11..=20).for_each(|step| bench.step(&[7], step));
-    // What found no room.
+    // Readings that did not fit.
     (0..4).for_each(|_| drop(bench.log.arrived.pop()));
     assert_eq!(bench.after(7, 0), ((1..=10).chain(15..=20).collect(), 4, 20));
     assert_eq!(bench.after(7, 10), ((15..=20).collect(), 4, 20));
@@ -144,7 +145,7 @@ fn what_found_no_room_is_counted_where_it_is_missing() {
 fn large_readings_are_kept_in_bytes_and_the_newest_always() {
     let ids: Vec<u64> = (1..=64).collect();
     let mut bench = Bench::new(&ids);
-    // Of 64 sensors each has 1 MiB.
+    // With 64 sensors, each has 1 MiB.
     let scan = |rays: usize| with(7, Measurement::Lidar(vec![1.0; rays]));
     for _ in 0..10 {
         bench.writer.put(of_state(), vec![scan(100_000)]);
@@ -177,7 +178,7 @@ fn a_sensor_that_is_made_anew_goes_on_beyond_the_numbers_of_the_one_before() {
     bench.has(&[8]);
     bench.step(&[8], 6);
     assert_eq!(bench.after(8, after), (vec![6], 0, after + 1));
-    // A reading that comes after its sensor went is dropped.
+    // A reading that arrives after its sensor was deleted is dropped.
     bench.step(&[7], 7);
     assert_eq!(bench.after(7, 0), (vec![], 0, 0));
     assert_eq!(bench.log.last_sequences([7, 8]), [0, after + 1]);
@@ -204,7 +205,7 @@ async fn a_waiting_reader_is_woken() {
         }
     };
     let write = async {
-        // Once the reader waits.
+        // Yields until the reader waits.
         tokio::task::yield_now().await;
         bench.step(&[7], 1);
         bench.writer.announce();
@@ -237,7 +238,7 @@ mod scans {
         DueSamples { state: Arc::clone(state), samples: ids.iter().map(counted).collect() }
     }
 
-    /// States with sequences that grow.
+    /// Returns states with increasing sequences.
     fn states(count: usize) -> Vec<Arc<Published>> {
         let mut bench = Bench::new(&[]);
         let state = |_| {
@@ -283,7 +284,7 @@ mod scans {
             measured.push(sample.sample.id);
         }
         assert_eq!(measured, [1, 2, 3, 1, 2, 3]);
-        // A sensor whose sample is of an older state does not go first for it.
+        // A sensor is not preferred because its sample has an older state.
         let mut scans = Scans::default();
         scans.add(due(&states[6], &[1, 2]));
         assert_eq!(scans.begin().map(|(_, sample)| sample.sample.id), Some(1));

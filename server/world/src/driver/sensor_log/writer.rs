@@ -1,4 +1,5 @@
-//! The driver's end of the log of readings: measures what is cheap, and hands it over without waiting for a reader.
+//! The driver's end of the log of readings: measures cheap samples, and hands readings over without waiting
+//! for a reader.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -15,13 +16,14 @@ use super::{Batch, MOST_WAITING, SensorLog};
 #[derive(Debug)]
 pub(in crate::driver) struct SensorWriter {
     log: Arc<SensorLog>,
-    /// The sensors that there were in the last published state.
+    /// Sensors of the last published state.
     sensors: Arc<Vec<WorldSensor>>,
-    /// For its memory.
+    /// Due samples, kept for their memory.
     due: Vec<DueSample>,
-    /// What was measured, for its memory.
+    /// Measured readings, kept for their memory.
     measured: Vec<SensorReading>,
-    /// Readings that were to come since a sensor came, by its id. What finds no room on its way is seen by the gap.
+    /// Number of expected readings since a sensor was created, by its id. A reading lost on the way shows as
+    /// a gap.
     counts: BTreeMap<u64, u64>,
 }
 
@@ -30,7 +32,7 @@ impl SensorWriter {
         Self { log, sensors: Arc::default(), due: Vec::new(), measured: Vec::new(), counts: BTreeMap::new() }
     }
 
-    /// A state was published: readers are to know where a sensor came or went.
+    /// Notifies readers if the published state has new sensors, or lacks deleted ones.
     pub(in crate::driver) fn published(&mut self) {
         let newest = self.log.state_cell.newest();
         if !Arc::ptr_eq(&self.sensors, &newest.state.sensors) {
@@ -41,8 +43,8 @@ impl SensorWriter {
         }
     }
 
-    /// Measures what a step has taken samples of, whose state is the newest published one. What takes long is left to
-    /// threads that give way to this one.
+    /// Measures the samples that a step has taken; their state is the newest published one. Samples that take
+    /// long are left to threads of lower priority.
     pub(in crate::driver) fn measure(&mut self, take: impl FnOnce(&mut Vec<DueSample>)) {
         take(&mut self.due);
         if self.due.is_empty() {
@@ -72,7 +74,7 @@ impl SensorWriter {
         self.hand_over(of);
     }
 
-    /// Passes on what was measured. What is older gives way where there is no room.
+    /// Passes on the measured readings. If the queue is full, the oldest are dropped.
     fn hand_over(&mut self, of: OfState) {
         let mut readings = self.log.emptied.pop().unwrap_or_default();
         let counts = &mut self.counts;
@@ -98,7 +100,7 @@ impl SensorWriter {
     }
 }
 
-/// The count of a sensor's next reading.
+/// Returns the count of a sensor's next reading.
 fn count(counts: &mut BTreeMap<u64, u64>, id: u64) -> u64 {
     let count = counts.entry(id).or_default();
     *count += 1;

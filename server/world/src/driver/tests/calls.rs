@@ -1,4 +1,4 @@
-//! Calls: the mailbox, how they share time with steps, and when what they did is shown.
+//! Calls: the mailbox, their share of time beside steps, and when their effects are shown.
 
 use super::*;
 
@@ -17,7 +17,7 @@ fn a_full_mailbox_refuses_at_once_and_counts() {
     assert!(matches!(post(), Err(CallError::ShuttingDown)));
 }
 
-/// A period of nothing leaves room for one call a step, however short that call is.
+/// A period of zero leaves room for one call per step, of any duration.
 #[test]
 fn a_flood_of_calls_does_not_stop_the_world() {
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
@@ -54,7 +54,7 @@ fn a_paused_world_shows_a_command_before_it_is_answered() {
 #[test]
 fn a_playing_world_shows_values_of_targets_with_the_next_step_and_all_else_at_once() {
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
-    // A step may go before a call, once calls have had their part of its period.
+    // A step may run before a call, once calls have used their part of its period.
     let mut shows_at_once = |command| {
         let mut answer = bench.command(command);
         loop {

@@ -1,10 +1,10 @@
-//! Steps that take long, and what interrupts them.
+//! Long steps, and their interruptions.
 
 use super::super::fake_world::StepHook;
 use super::super::long_step::LongSteps;
 use super::*;
 
-/// A driver that plays, whose steps do what `hook` says and can be interrupted at once.
+/// Returns a playing driver whose steps call `hook` and can be interrupted at once.
 fn with_long_steps(hook: impl FnMut(&Mailbox, &dyn Fn() -> bool) -> bool + Send + 'static) -> Bench {
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
     let (mailbox, mut hook) = (bench.link.mailbox.clone(), hook);
@@ -66,7 +66,7 @@ fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_orde
         assert!(!interrupt(), "nothing is left that interrupts");
         true
     });
-    // A period of nothing leaves no time for calls.
+    // A period of zero leaves no time for calls.
     let change = PhysicsChange { time_step: Some(0.0), ..PhysicsChange::default() };
     bench.driver.world.apply_for(&Command::SetPhysics(change), None).unwrap();
     bench.iterations(1 + 101);
@@ -86,7 +86,7 @@ fn a_step_is_left_alone_for_a_time_before_it_is_interrupted() {
     });
     bench.iterations(1);
     assert_eq!(bench.step(), 0);
-    // Left alone for a time that is not over.
+    // The time for which it is left alone is not over.
     bench.driver.long_steps = LongSteps::default();
     bench.iterations(2);
     assert_eq!(bench.step(), 1);

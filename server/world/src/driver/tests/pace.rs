@@ -48,7 +48,7 @@ fn physics_and_pace_change_together_and_are_reported_once() {
     assert_eq!(bench.link.state_cell.newest().physics.time_step, 0.01);
 }
 
-/// Each names one half of a pace; what comes of them has both, in whichever order they were sent.
+/// Each names one half of a pace; the result has both, in any order.
 #[test]
 fn halves_of_a_pace_from_two_callers_make_a_whole() {
     let mut bench = Bench::paused();

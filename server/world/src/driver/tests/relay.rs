@@ -1,4 +1,4 @@
-//! A thread that answers and announces in the place of the physics thread.
+//! A thread that answers and announces in place of the physics thread.
 
 use super::*;
 

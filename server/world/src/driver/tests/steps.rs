@@ -1,4 +1,4 @@
-//! Steps that calls ask for while the world does not play.
+//! Steps that calls request while the world does not play.
 
 use super::*;
 
@@ -56,7 +56,7 @@ fn targets_that_come_with_steps_hold_before_the_first_and_are_answered_once() {
     assert_eq!(bench.driver.world.applied.lock().unwrap()[0].0, 0);
     assert_eq!((done.applied.at.step, state.state.at.step, clamped), (2, 2, Vec::new()));
     assert_eq!((done.sequence, state.sequence), (published + 2, published + 2), "a state a step, no more");
-    // The state is that of the last of its steps, whatever comes after it.
+    // The state belongs to the last of its steps, whatever follows.
     let _answers = (bench.steps(5), bench.command(nothing()));
     bench.iterations(2 + 5);
     assert_eq!(bench.step(), 7);
@@ -85,7 +85,7 @@ fn a_caller_that_goes_away_before_its_steps_sets_no_targets() {
     drop(bench.steps_of("arm", 2));
     bench.iterations(1);
     assert!(bench.driver.world.applied.lock().unwrap().is_empty());
-    // One that goes away after that has set them, and everybody sees it.
+    // A caller that disconnects later has set them, and all clients see them.
     let published = bench.link.state_cell.newest().sequence;
     let answer = bench.steps_of("arm", 2);
     bench.iterations(1);
