@@ -1,17 +1,21 @@
-//! The one way to the world, for every front-end: plain types, no wire types. Here are its parts and its end; what
-//! can be asked of it is in one file a noun.
+//! The handle: the only way to the world, for every front-end. It has plain types and no wire types. This
+//! file has its parts and its end; each noun has its own file.
 //!
-//! * `simulation`: commands, steps, states. `changes`: since when robots are as they are. `events`: what happened.
-//! * `entities`: robots and their descriptions. `meshes`: their meshes as glTF. `parameters`: sliders and buttons.
-//! * `view`: what pages show beside the world, and what people do in them.
-//! * `cameras`: pictures of the world, and who draws them.
-//! * `recordings`: what happens, into files. `sensors`: what sensors measured. `rollouts`: copies of the world that run on.
-//! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
+//! * `simulation`: commands, steps, states. `changes`: since when robots are unchanged. `events`: the log of
+//!   events.
+//! * `entities`: robots and their descriptions. `meshes`: their meshes as glTF. `parameters`: sliders and
+//!   buttons.
+//! * `view`: drawings in pages, and input from pages.
+//! * `cameras`: pictures of the world, and their renderers.
+//! * `recordings`: recordings of the world. `sensors`: readings of sensors. `rollouts`: copies of the world.
+//! * `claims`: claims on joints and their leases. `clients`: present clients, and the sources of joint
+//!   targets.
 //! * `lockstep`: clients that step the world together.
-//! * `calls`: how many calls there were, and how they ended.
-//! * `saved_states`: states of the world to files and from them.
-//! * `owners`: whose saved states and parameters are. `audit`: who did what.
-//! * `health`: whether the physics thread gets on. `accounts`: what each client has. `heavy`: permits for reads that take long. `once`: answers to retries.
+//! * `calls`: numbers of calls, and their outcomes.
+//! * `saved_states`: files of saved states.
+//! * `owners`: owners of saved states and parameters. `audit`: audited calls.
+//! * `health`: liveness of the physics thread. `accounts`: shares of each client. `heavy`: permits for long
+//!   reads. `once`: answers to retries.
 
 mod accounts;
 mod audit;
@@ -109,24 +113,24 @@ use parameters::Parameters;
 use rollouts::RolloutWork;
 use view::View;
 
-/// How often unused things are looked for.
+/// Time between two searches for unused objects.
 const TIDY: Duration = Duration::from_secs(10);
 
-/// The one way to the world. Clones are the same handle.
+/// The only way to the world. Clones are the same handle.
 #[derive(Clone, Debug)]
 pub struct SimHandle {
     inner: Arc<Inner>,
-    /// That commands come with.
+    /// Claim that commands use.
     claim: Option<ClaimId>,
-    /// The robots that commands may change; none is all, and the world.
+    /// Robots that commands may change; empty means all robots and the world.
     only: Arc<[String]>,
-    /// Whom commands come from, for recordings.
+    /// Sender of commands, for recordings.
     sender: Sender,
-    /// Whom what is made belongs to.
+    /// Owner of new objects.
     account: Account,
-    /// What is another's may be replaced and taken away.
+    /// Whether it may replace and delete objects of other owners.
     takes_over: bool,
-    /// Where the robots of the call are noted.
+    /// Note for the robots of the call.
     note: Option<RobotNote>,
     /// Cancelled when the caller's token is revoked or expires.
     revoked: Option<CancellationToken>,
@@ -151,22 +155,22 @@ struct Inner {
     rollouts: RolloutWork,
     accounts: Arc<Accounts>,
     unread: Arc<UnreadAnswers>,
-    /// For the making of large answers.
+    /// Permits for making large answers.
     large_answers: HeavyWork,
     info: DaemonInfo,
     access: Access,
     recordings: Recordings,
-    /// Held while a recording begins or is being ended.
+    /// Locked while a recording begins or ends.
     recording_lock: tokio::sync::Mutex<()>,
-    /// For looks into recordings, which may be large.
+    /// Permits for reading recordings, which may be large.
     recording_looks: HeavyWork,
-    /// What the times of targets are counted from.
+    /// Origin of the times of targets.
     started: Instant,
     draining: CancellationToken,
 }
 
-/// Looks for an answer for so long before its caller waits for it: a thread that waits has to be woken, which takes longer
-/// than most commands. A thread that needs the processor meanwhile gets it.
+/// Polls for an answer before its caller sleeps: waking a sleeping thread takes longer than most commands.
+/// Meanwhile it yields its processor to other threads.
 fn look<T>(answer: &mut oneshot::Receiver<T>, spin: Duration) -> Result<T, TryRecvError> {
     let begun = std::time::Instant::now();
     loop {
@@ -179,14 +183,14 @@ fn look<T>(answer: &mut oneshot::Receiver<T>, spin: Duration) -> Result<T, TryRe
 }
 
 impl SimHandle {
-    /// A handle on a driver that was started, to which everybody may come.
+    /// Makes a handle on a started driver, without access control.
     #[cfg(any(test, feature = "testing"))]
     pub fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
         let recordings = Recordings::none();
         Self::with_access(driver, loader, info, Access::open(), recordings)
     }
 
-    /// A handle on a driver that was started.
+    /// Makes a handle on a started driver.
     pub fn with_access(
         driver: driver::Link,
         loader: Loader,
@@ -228,7 +232,7 @@ impl SimHandle {
         }))
     }
 
-    /// For no caller in particular.
+    /// Makes a handle for no particular caller.
     fn of_everybody(inner: Arc<Inner>) -> Self {
         Self {
             inner,
@@ -242,26 +246,27 @@ impl SimHandle {
         }
     }
 
-    /// The same for the holder of a claim, whom the caller has found to be that: each command begins its lease anew.
+    /// Returns a handle for the holder of a claim, which the caller has verified: each command renews its
+    /// lease.
     #[must_use]
     pub fn acting_for(&self, claim: Option<ClaimId>) -> Self {
         Self { claim, ..self.clone() }
     }
 
-    /// The same for what this caller sends.
+    /// Returns a handle with this caller as the sender of commands.
     #[must_use]
     pub fn called_by(&self, caller: Option<&Caller>) -> Self {
         Self { sender: caller.map(|caller| caller.name.clone()), ..self.clone() }
     }
 
-    /// The same for this client, as limits know it.
+    /// Returns a handle for this client, as limits know it.
     #[must_use]
     pub fn of_account(&self, account: Option<&Account>) -> Self {
         let account = account.cloned().unwrap_or(Account::Process);
         Self { account, ..self.clone() }
     }
 
-    /// The same for the owner of a token, which may be for some robots alone.
+    /// Returns a handle for the owner of a token, which may be limited to some robots.
     #[must_use]
     pub fn within(&self, grant: Option<&Grant>) -> Self {
         match grant {
@@ -273,7 +278,7 @@ impl SimHandle {
         }
     }
 
-    /// Refuses what changes other robots than those that this handle is for; `None` is the world.
+    /// Refuses changes of robots that this handle is not for; `None` stands for the world.
     pub(crate) fn check_robots(&self, robots: Option<&[&str]>) -> Result<(), CallError> {
         if self.only.is_empty() {
             return Ok(());
@@ -290,32 +295,32 @@ impl SimHandle {
         }
     }
 
-    /// Who this daemon is, and its limits.
+    /// Returns facts about this daemon, and its limits.
     pub fn info(&self) -> &DaemonInfo {
         &self.inner.info
     }
 
-    /// Who may call what.
+    /// Returns the access control.
     pub fn access(&self) -> &Access {
         &self.inner.access
     }
 
-    /// Cancelled when the daemon drains: every stream ends with OK then.
+    /// Returns the token that is cancelled when the daemon drains: every stream then ends with OK.
     pub fn draining(&self) -> CancellationToken {
         self.inner.draining.clone()
     }
 
-    /// Cancelled when the driver has ended, because it was asked to or because it failed.
+    /// Returns the token that is cancelled when the driver has ended, with or without a panic.
     pub fn driver_ended(&self) -> CancellationToken {
         self.inner.driver.mailbox.ended().clone()
     }
 
-    /// Ends the driver after the step that it is in.
+    /// Ends the driver after its present step.
     pub fn end_driver(&self) {
         self.inner.driver.mailbox.close();
     }
 
-    /// Looks now and then for what is unused. Ends when the daemon drains.
+    /// Drops unused objects at regular intervals, until the daemon drains.
     pub async fn keep_tidy(self) {
         let draining = self.draining();
         let mut ticks = tokio::time::interval(TIDY);
@@ -324,7 +329,7 @@ impl SimHandle {
         }
     }
 
-    /// Drops what is unused.
+    /// Drops unused objects.
     pub(crate) fn tidy(&self, now: Instant) {
         self.inner.answers.tidy(now);
         self.inner.loader.tidy(now);
@@ -333,17 +338,17 @@ impl SimHandle {
         self.tidy_cameras(now);
     }
 
-    /// The meshes of robots as viewers and renderers get them.
+    /// Returns the meshes of robots, in the form for viewers and renderers.
     pub fn meshes(&self) -> &Meshes {
         &self.inner.meshes
     }
 
-    /// Answers that clients have yet to read.
+    /// Returns the account of answers that clients have yet to read.
     pub fn unread_answers(&self) -> &Arc<UnreadAnswers> {
         &self.inner.unread
     }
 
-    /// What is known of robots' descriptions.
+    /// Returns the loader of robots' descriptions.
     pub fn loader(&self) -> &Arc<Loader> {
         &self.inner.loader
     }
@@ -362,7 +367,7 @@ impl SimHandle {
             Some(callers) => {
                 mailbox.put(event(reply))?;
                 let mut is_answered = || {
-                    // Whatever else it says, it says once.
+                    // The answer is received only once.
                     if matches!(seen, Err(TryRecvError::Empty)) {
                         seen = answer.try_recv();
                     }
@@ -378,7 +383,7 @@ impl SimHandle {
             Err(TryRecvError::Closed) => None,
         };
         let Some(answered) = answered else {
-            // Only an ending driver drops a question; then it says why.
+            // Only an ending driver drops a question; it then gives the reason.
             mailbox.ended().cancelled().await;
             return Err(mailbox.end());
         };

@@ -1,4 +1,4 @@
-//! What each client has of the daemon: calls a second and streams, bounded for each, so that one leaves room for others.
+//! Shares of each client: calls per second and streams, so that one client leaves room for others.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,29 +8,30 @@ use tokio::time::Instant;
 use super::{CallError, SimHandle};
 use crate::account::Account;
 
-/// Clients that are remembered; of more, those that have had all their calls back for the longest are forgotten.
+/// Maximum number of remembered clients; beyond it, clients that have had their full share for the longest
+/// time are forgotten.
 const KEPT: usize = 4096;
 
-/// What clients have.
+/// Shares of clients.
 #[derive(Debug)]
 pub(super) struct Accounts {
-    /// Held for a look or a change.
+    /// Locked for a look or a change.
     shares: Mutex<BTreeMap<Account, Share>>,
     calls_per_second: u32,
     streams: u32,
 }
 
-/// What one client has.
+/// Share of one client.
 #[derive(Clone, Copy, Debug)]
 struct Share {
-    /// Calls that it may do at once. They come back with time.
+    /// Number of calls that it may make at once. It grows with time.
     calls: f64,
-    /// As of then.
+    /// Time for which `calls` holds.
     at: Instant,
     streams: u32,
 }
 
-/// A stream of a client, until it ends.
+/// A stream of a client, counted until this is dropped.
 #[derive(Debug)]
 pub struct ClientStream {
     accounts: Arc<Accounts>,
@@ -38,7 +39,7 @@ pub struct ClientStream {
 }
 
 impl Accounts {
-    /// So many calls a second, of which as many may come at once, and so many streams; 0 is any number of calls.
+    /// Limits calls per second, with as many in one burst, and streams. 0 means unlimited calls.
     pub(super) fn new(calls_per_second: u32, streams: u32) -> Self {
         Self { shares: Mutex::default(), calls_per_second, streams }
     }
@@ -115,12 +116,12 @@ impl SimHandle {
     /// Counts a call of a client.
     ///
     /// # Errors
-    /// Returns an error if it had its share of this second.
+    /// Returns an error if the client has used its share of this second.
     pub fn count_call(&self, account: &Account) -> Result<(), CallError> {
         self.inner.accounts.call(account, Instant::now())
     }
 
-    /// Refuses what would be more than the share of the client that this handle is for.
+    /// Refuses a value above the share of this handle's client.
     pub(super) fn check_share(&self, what: &str, value: usize, limit: usize) -> Result<(), CallError> {
         if self.account == Account::Process || value <= limit {
             return Ok(());
@@ -132,7 +133,7 @@ impl SimHandle {
     /// Counts a stream of a client, until the result is dropped.
     ///
     /// # Errors
-    /// Returns an error if it has its share.
+    /// Returns an error if the client has used its share.
     pub fn count_stream(&self, account: &Account) -> Result<Option<ClientStream>, CallError> {
         self.inner.accounts.stream(account, Instant::now())
     }

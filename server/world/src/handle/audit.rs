@@ -1,4 +1,4 @@
-//! Who did what, for the audit log and for those who watch events.
+//! Audited calls, for the audit log and for watchers of events.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
@@ -6,12 +6,12 @@ use std::time::SystemTime;
 use super::SimHandle;
 use crate::driver::{AuditedCall, LogEvent};
 
-/// Robots of one call that are noted.
+/// Maximum number of noted robots of one call.
 const ROBOTS: usize = 8;
-/// Longest name that is noted, in characters.
+/// Maximum length of a noted name, characters.
 const NAME: usize = 256;
 
-/// Which robots a call concerns, noted where that is known and read where the call is written down.
+/// Robots that a call concerns, noted where they are known and read when the call is logged.
 #[derive(Clone, Debug, Default)]
 pub struct RobotNote(Arc<Mutex<Vec<String>>>);
 
@@ -29,14 +29,14 @@ impl RobotNote {
         }
     }
 
-    /// What was noted.
+    /// Returns the noted robots.
     pub fn robots(&self) -> Vec<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
 impl SimHandle {
-    /// The same for a call whose robots are noted there.
+    /// Returns a handle that notes its call's robots there.
     #[must_use]
     pub fn noting(&self, note: Option<RobotNote>) -> Self {
         Self { note, ..self.clone() }
@@ -49,7 +49,7 @@ impl SimHandle {
         }
     }
 
-    /// Makes an event of a call.
+    /// Logs a call as an event.
     pub fn audited(&self, call: AuditedCall) {
         let newest = self.newest();
         let what = LogEvent::Called { at: newest.state.at, call: Box::new(call) };

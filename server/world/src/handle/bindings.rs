@@ -1,4 +1,4 @@
-//! Sliders that are bound to joints: what they are bound to, and the targets that moving them sets.
+//! Sliders that are bound to joints: their bindings, and the targets that their moves set.
 
 use std::sync::Arc;
 
@@ -9,27 +9,27 @@ use simd_model::robot::JointKind;
 use super::parameters::checked_change;
 use super::{CallError, Caller, NameTaken, Parameter, ParameterChange, ParameterKind, SimHandle};
 
-/// What a slider's value is of a joint.
+/// Quantity of a joint that a slider sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoundQuantity {
-    /// rad or m.
+    /// Position, rad or m.
     Position,
-    /// rad/s or m/s.
+    /// Velocity, rad/s or m/s.
     Velocity,
-    /// N m or N.
+    /// Effort, N m or N.
     Effort,
 }
 
 /// A joint whose target a slider sets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JointBinding {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// The joint's name.
+    /// Name of the joint.
     pub joint: String,
-    /// Of a planar joint: 0 x, 1 y, 2 angle. Else 0.
+    /// Axis of a planar joint: 0 x, 1 y, 2 angle. Otherwise 0.
     pub axis: u32,
-    /// What the value is.
+    /// Quantity of the slider's value.
     pub quantity: BoundQuantity,
 }
 
@@ -45,11 +45,11 @@ impl JointBinding {
 }
 
 impl SimHandle {
-    /// Puts up a slider that sets the target of a joint each time it is moved.
+    /// Adds a slider that sets the target of a joint each time it is moved.
     ///
     /// # Errors
-    /// As [`add_parameter`](Self::add_parameter); where there is no such robot or joint, where nothing drives the joint,
-    /// and where a button is to be bound.
+    /// As [`add_parameter`](Self::add_parameter). Also if the robot or the joint does not exist, the joint
+    /// has no actuator, or the parameter is a button.
     pub fn add_bound_slider(
         &self,
         name: &str,
@@ -69,11 +69,12 @@ impl SimHandle {
         self.put_up(name, kind, Some(Arc::new(binding)), taken)
     }
 
-    /// Moves sliders and presses buttons: all or none. Targets of joints that the sliders are bound to are set before that. Answers
-    /// with those that were named, as they are now.
+    /// Moves sliders and presses buttons: all or none. Before that, it sets the targets of joints bound to
+    /// the sliders. Returns the named parameters as they are now.
     ///
     /// # Errors
-    /// As [`set_parameters`](Self::set_parameters), and where the world refuses the targets; then nothing is moved.
+    /// As [`set_parameters`](Self::set_parameters), and if the world refuses the targets; then nothing is
+    /// moved.
     pub async fn move_parameters(
         &self,
         changes: &[ParameterChange],
@@ -87,7 +88,8 @@ impl SimHandle {
         self.set_parameters(changes)
     }
 
-    /// The targets of the sliders that these changes move, in the order of the changes, of which each is looked at.
+    /// Returns the targets of the sliders that these changes move, in the order of the changes. Each change
+    /// is checked.
     fn bound_targets(&self, changes: &[ParameterChange]) -> Result<Vec<RobotTargets>, CallError> {
         let list = self.parameters();
         let mut robots: Vec<RobotTargets> = Vec::new();

@@ -1,4 +1,4 @@
-//! How many calls there were, how they ended and how long they took: for operators to see.
+//! Numbers of calls, their outcomes and durations, for operators.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
@@ -10,50 +10,50 @@ use simd_proto::methods::Method;
 use super::{SimHandle, Transport};
 use crate::histogram::{Counts, Histogram};
 
-/// All calls so far. Bounded by what the schema has: methods, codes and reasons.
+/// All calls so far. Bounded by the schema's methods, codes and reasons.
 #[derive(Debug, Default)]
 pub(super) struct CallCounts {
     calls: Mutex<BTreeMap<(&'static str, Transport), Calls>>,
     refused: Arc<RefusedUnanswered>,
 }
 
-/// What was refused without an answer that says why.
+/// Refusals that have no answer.
 #[derive(Debug, Default)]
 pub struct RefusedUnanswered {
-    /// There was no room for them.
+    /// Connections that were refused because of their number.
     pub connections: AtomicU64,
-    /// That were published, and not allowed or not possible.
+    /// Published targets that were not allowed or not possible.
     pub targets: AtomicU64,
-    /// That were published faster than they can be read.
+    /// Published targets that arrived faster than they could be read.
     pub lost_targets: AtomicU64,
 }
 
-/// Of one method by one transport.
+/// Calls of one method over one transport.
 #[derive(Debug, Default)]
 struct Calls {
-    /// By gRPC code and reason, which is empty where there is none.
+    /// Numbers of ended calls by gRPC code and reason; no reason is empty.
     ended: BTreeMap<(i32, &'static str), u64>,
     duration: Histogram,
-    /// Streams that go on.
+    /// Number of open streams.
     streams: u64,
 }
 
-/// Of one method by one transport, at a moment.
+/// Calls of one method over one transport, at a moment.
 #[derive(Clone, Debug)]
 pub struct MethodCalls {
     /// `SERVICE/METHOD`.
     pub method: &'static str,
-    /// The transport of the calls.
+    /// Transport of the calls.
     pub transport: Transport,
-    /// By gRPC code and reason, which is empty where there is none.
+    /// Numbers of ended calls by gRPC code and reason; no reason is empty.
     pub ended: Vec<((i32, &'static str), u64)>,
-    /// Until the answer, or the first of a stream.
+    /// Time until the answer, or until the first of a stream.
     pub duration: Counts,
-    /// Streams that go on.
+    /// Number of open streams.
     pub streams: u64,
 }
 
-/// A stream that is counted as long as this is kept.
+/// An open stream, counted until this is dropped.
 #[derive(Debug)]
 pub struct OpenStream {
     handle: SimHandle,
@@ -74,13 +74,13 @@ impl CallCounts {
     }
 }
 
-/// As metrics name it.
+/// Returns the name in metrics.
 fn name(method: &'static Method) -> &'static str {
     method.path.strip_prefix("/simd.v1.").unwrap_or(&method.path)
 }
 
 impl SimHandle {
-    /// A call was answered: with a gRPC code, and a reason where it was refused.
+    /// Counts an answered call by its gRPC code and, if it was refused, its reason.
     pub fn call_ended(
         &self,
         method: &'static Method,
@@ -94,8 +94,8 @@ impl SimHandle {
         calls.duration.observe(duration);
     }
 
-    /// Something was refused that is not answered by the status of a call: a request of a stream that goes on, or a
-    /// query that found no room.
+    /// Counts a refusal that is not the status of a call. Examples are a refused request of a stream that
+    /// continues, or a query that found no room.
     pub fn refused_beside_calls(
         &self,
         method: &'static Method,
@@ -107,19 +107,19 @@ impl SimHandle {
         *calls.ended.entry(how).or_default() += 1;
     }
 
-    /// Where refusals are counted that have no answer.
+    /// Returns the counters of refusals that have no answer.
     pub fn refused_unanswered(&self) -> Arc<RefusedUnanswered> {
         Arc::clone(&self.inner.calls.refused)
     }
 
-    /// A stream begins.
+    /// Counts a stream that begins.
     pub fn stream_begins(&self, method: &'static Method, transport: Transport) -> OpenStream {
         let key = (name(method), transport);
         self.inner.calls.lock().entry(key).or_default().streams += 1;
         OpenStream { handle: self.clone(), key }
     }
 
-    /// All calls so far, by method and transport.
+    /// Returns all calls so far, by method and transport.
     pub fn call_counts(&self) -> Vec<MethodCalls> {
         let calls = self.inner.calls.lock();
         let of = |(&(method, transport), calls): (&(&'static str, Transport), &Calls)| MethodCalls {

@@ -1,8 +1,11 @@
-//! Pictures of the world: who wants them, and who draws them. The daemon draws nothing: renderers are clients that ask for
-//! work. Nothing here is of the world, and the physics thread is not asked: what is drawn is a published state.
+//! Pictures of the world: requests for them, and their renderers.
 //!
-//! * `queue`: tasks and renderers. `kept`: the newest pictures. `picture`: what is to be drawn, and what was.
-//! * `lens`: from where and how wide. `renderers`: those who draw. `recorded`: pictures for recordings.
+//! The daemon draws nothing: renderers are clients that ask for work. None of this is part of the world, and
+//! the physics thread is not asked: renderers draw published states.
+//!
+//! * `queue`: tasks and renderers. `kept`: the newest pictures. `picture`: orders and results.
+//! * `lens`: point of view and projection. `renderers`: calls of renderers. `recorded`: pictures for
+//!   recordings.
 
 mod kept;
 mod lens;
@@ -34,42 +37,42 @@ use super::{CallError, Published, SimHandle};
 use crate::driver::CameraSample;
 use crate::info::DaemonLimits;
 
-/// How long a camera is followed after the last time that its next picture was asked for.
+/// Time for which a camera is followed after the last request for its next picture.
 const FOLLOWED: Duration = Duration::from_secs(5);
-/// A picture of a camera's rate that is no older counts for who has none yet.
+/// Maximum age of a camera's picture for a client that has none yet.
 const FRESH: Duration = Duration::from_secs(1);
-/// What is behind everything where nothing is said.
+/// Default background.
 const WHITE: [f64; 3] = [1.0; 3];
 
-/// For any number of clients and renderers.
+/// Pictures for any number of clients and renderers.
 #[derive(Debug)]
 pub(super) struct Cameras {
-    /// Held for a look or a change, never across a wait.
+    /// Locked for a look or a change, never across a wait.
     queue: Mutex<PictureQueue>,
-    /// There may be work for renderers.
+    /// Wakes renderers when there may be work.
     work_came: Notify,
-    /// There may be a new picture of a camera's own rate, or a camera may have gone.
+    /// Wakes clients when a camera may have a new picture at its own rate, or may be gone.
     picture_came: Notify,
-    /// A camera is followed that was not.
+    /// Wakes when another camera is followed.
     followed: Notify,
 }
 
-/// A camera of a robot, and what is known of its pictures.
+/// A camera of a robot, and facts about its pictures.
 #[derive(Clone, Debug)]
 pub struct CameraReport {
-    /// Whose it is.
+    /// Robot and name.
     pub name: CameraName,
-    /// What it is.
+    /// Camera.
     pub camera: Camera,
-    /// Pictures per simulated second; `None`: one each step.
+    /// Pictures per simulated second; `None` for one each step.
     pub rate: Option<f64>,
-    /// Pictures of its rate are wanted.
+    /// Whether pictures at its rate are wanted.
     pub followed: bool,
-    /// Its newest picture.
+    /// Newest picture.
     pub newest: Option<Arc<Picture>>,
-    /// Pictures of its rate.
+    /// Number of pictures at its rate.
     pub drawn: u64,
-    /// Those that were due and were not drawn.
+    /// Number of pictures that were due and not drawn.
     pub missed: u64,
 }
 
@@ -87,7 +90,7 @@ impl Cameras {
 }
 
 impl SimHandle {
-    /// The cameras that robots have in the newest state, and the renderers that are there.
+    /// Returns the cameras of robots in the newest state, and the active renderers.
     pub fn camera_reports(&self) -> (Arc<Published>, Vec<CameraReport>, Vec<RendererStatus>) {
         let (state, now) = (self.newest(), Instant::now());
         let queue = self.inner.cameras.queue();
@@ -110,10 +113,10 @@ impl SimHandle {
         (state, reports, renderers)
     }
 
-    /// A picture of a robot's camera, of the newest state or of a later one.
+    /// Returns a picture of a robot's camera, of the newest state or a later one.
     ///
     /// # Errors
-    /// Returns an error if there is no such camera, no renderer, or no picture in time.
+    /// Returns an error if the camera does not exist, there is no renderer, or no picture in time.
     pub async fn present_picture(
         &self,
         robot: &str,
@@ -132,11 +135,11 @@ impl SimHandle {
         self.asked(order, timeout).await
     }
 
-    /// The newest picture of a camera's own rate after one of a number, waiting at most `timeout` for it. The camera is followed for
-    /// some seconds.
+    /// Returns the newest picture at a camera's own rate with a larger number than `after`, waiting at most
+    /// `timeout`. The camera is followed for some seconds.
     ///
     /// # Errors
-    /// Returns an error if there is no such camera (any more), no renderer, or no picture in time.
+    /// Returns an error if the camera does not exist (any more), there is no renderer, or no picture in time.
     pub async fn next_picture_of(
         &self,
         robot: &str,
@@ -149,7 +152,7 @@ impl SimHandle {
         let since = (after == 0).then(|| Instant::now().checked_sub(FRESH)).flatten();
         loop {
             let came = cameras.picture_came.notified();
-            // It may have gone, or come anew: then it is another one of that name.
+            // The camera may be deleted or created anew: then it is another one with that name.
             let id = {
                 let state = self.newest();
                 let sensor = find(&state, robot, sensor)?;
@@ -165,10 +168,10 @@ impl SimHandle {
         }
     }
 
-    /// A picture of the newest state from any point of view.
+    /// Returns a picture of the newest state from any point of view.
     ///
     /// # Errors
-    /// Returns an error if there is no renderer, or no picture in time.
+    /// Returns an error if there is no renderer or no picture in time.
     pub async fn take_picture(
         &self,
         view: PictureView,
@@ -193,13 +196,13 @@ impl SimHandle {
         timeout_at(deadline, self.until_drained(answered)).await.map_err(|_elapsed| self.too_late())??
     }
 
-    /// Why there was no picture in time.
+    /// Returns the reason why no picture came in time.
     fn too_late(&self) -> CallError {
         let present = self.inner.cameras.queue().check_renderers(Instant::now());
         present.err().unwrap_or(CallError::PictureTimeout)
     }
 
-    /// A picture of which one answer or one message has no room is not begun.
+    /// Refuses a picture that is too large for an answer or a message.
     fn check_size(&self, view: &PictureView) -> Result<(), CallError> {
         let side = (view.width.max(view.height).into(), MOST_PIXELS.into(), "pixels of a side of a picture");
         let size = (view.bytes(), self.inner.info.limits.picture_bytes, "bytes of a picture");
@@ -211,42 +214,42 @@ impl SimHandle {
         Ok(())
     }
 
-    /// Wants pictures of a camera at its own rate, by the sensor's id, until then.
+    /// Requests pictures of a camera at its own rate until a time; `id` is the sensor's.
     ///
     /// # Errors
-    /// Returns an error if no renderer is there.
+    /// Returns an error if there is no renderer.
     pub(crate) fn follow_camera(&self, id: u64, until: Instant) -> Result<(), CallError> {
         let mut queue = self.inner.cameras.queue();
         let followed = queue.follow(id, until, Instant::now());
-        // At once, so that no sample of a step after this is overlooked.
+        // Done at once, so that no sample of a later step is missed.
         self.want_followed(&queue);
         drop(queue);
         self.inner.cameras.followed.notify_waiters();
         followed
     }
 
-    /// Has the samples of cameras kept that are followed; whether there are any.
+    /// Keeps the samples of followed cameras; returns whether there are any.
     fn want_followed(&self, queue: &PictureQueue) -> bool {
         let now = Instant::now();
         self.inner.driver.sensors.want_cameras(queue.followed(now));
         queue.followed(now).next().is_some()
     }
 
-    /// The same, for publications that look again and again: the newest picture after a number.
+    /// Like `follow_camera`, for publications at intervals: also returns the newest picture after a number.
     pub fn followed_picture(&self, id: u64, after: u64) -> Option<Arc<Picture>> {
-        // Where no renderer is there, who subscribes gets nothing.
+        // Without a renderer, subscribers get nothing.
         self.follow_camera(id, Instant::now() + FOLLOWED).ok()?;
         self.inner.cameras.queue().of_rate(id, after, None)
     }
 
-    /// The cameras of the newest state, with the ids of their sensors.
+    /// Returns the cameras of the newest state, with the ids of their sensors.
     pub fn cameras_by_id(&self) -> Vec<(u64, CameraName)> {
         let state = self.newest();
         let cameras = state.state.sensors.iter().filter(|sensor| camera_of(sensor).is_some());
         cameras.map(|sensor| (sensor.id, name_of(&state, sensor))).collect()
     }
 
-    /// Makes tasks of the samples of cameras that are followed, until the daemon drains.
+    /// Makes tasks from the samples of followed cameras, until the daemon drains.
     pub async fn order_pictures(self) {
         let (draining, log) = (self.draining(), Arc::clone(&self.inner.driver.sensors));
         let orders = async {
@@ -257,7 +260,7 @@ impl SimHandle {
                 let newest = self.newest();
                 if !Arc::ptr_eq(&newest.state.sensors, &sensors) {
                     sensors = Arc::clone(&newest.state.sensors);
-                    // Who waits for a picture of a camera that has gone is to learn of it.
+                    // Clients that wait for a picture of a deleted camera must learn of it.
                     self.inner.cameras.picture_came.notify_waiters();
                 }
                 for (id, CameraSample { state, missed }) in log.camera_samples() {
@@ -278,7 +281,7 @@ impl SimHandle {
         draining.run_until_cancelled(orders).await;
     }
 
-    /// Drops what is kept of cameras that are gone.
+    /// Drops data of deleted cameras.
     pub(super) fn tidy_cameras(&self, now: Instant) {
         let state = self.newest();
         let is_there = |id: u64| state.state.sensors.iter().any(|sensor| sensor.id == id);
@@ -299,7 +302,7 @@ fn name_of(state: &Published, sensor: &WorldSensor) -> CameraName {
     CameraName { robot, sensor: sensor.definition.name.clone() }
 }
 
-/// A robot's camera by its name; without one the only one that it has.
+/// Finds a robot's camera by its name; an empty name means its only camera.
 fn find<'s>(state: &'s Published, robot: &str, sensor: &str) -> Result<&'s WorldSensor, CallError> {
     let Some((index, _)) = state.state.entity(robot) else {
         let known = state.state.world.entities.iter().map(|entity| entity.name.clone()).collect();
@@ -327,7 +330,7 @@ fn find<'s>(state: &'s Published, robot: &str, sensor: &str) -> Result<&'s World
     }
 }
 
-/// A camera's picture of a state.
+/// Makes the order for a camera's picture of a state.
 fn order(state: &Arc<Published>, sensor: &WorldSensor) -> Option<PictureOrder> {
     let camera = camera_of(sensor)?;
     let poses = state.state.link_poses(sensor.robot)?;

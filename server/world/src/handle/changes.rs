@@ -1,6 +1,6 @@
-//! Since when each robot is as it is, so that clients that look again and again get what has changed.
+//! Tracks since when each robot is unchanged, so that pollers receive deltas.
 //!
-//! Nothing is compared but when a client asks, and never on the physics thread.
+//! States are compared only when a client asks, and never on the physics thread.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,37 +10,39 @@ use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, Publishe
 use super::SimHandle;
 use crate::driver::Published;
 
-/// Metres, radians and components of quaternions: positions of joints and the pose of the root. Half of what the schema says, here and below: a client
-/// may have values that differ by so much from those that are compared with.
+/// Tolerance of positions of joints and poses of roots: metres, radians and components of quaternions. Here
+/// and below, it is half of the schema's: a client may have values that differ by as much from the compared
+/// ones.
 const POSITION: f64 = 5e-8;
-/// m/s and rad/s.
+/// Tolerance of velocities, m/s and rad/s.
 const VELOCITY: f64 = 5e-5;
-/// N and N m.
+/// Tolerance of efforts, N and N m.
 const EFFORT: f64 = 5e-4;
 
 impl SimHandle {
-    /// The newest state, and which of its robots are as they were in an answer of this to the state of sequence `since`, by index.
+    /// Returns the newest state. Also returns, by index, which of its robots are unchanged since this
+    /// method's answer with the state of sequence `since`.
     pub fn newest_with_unchanged(&self, since: u64) -> (Arc<Published>, Vec<bool>) {
         self.inner.changes.look(since, || self.newest())
     }
 }
 
-/// What robots were like when they had last changed.
+/// Values of robots at their last change.
 #[derive(Debug, Default)]
 pub(super) struct ChangeTracker(Mutex<Known>);
 
 #[derive(Debug, Default)]
 struct Known {
-    /// Of the state that was compared last.
+    /// Sequence of the last compared state.
     sequence: u64,
-    /// By version.
+    /// Values by layout version.
     robots: HashMap<u64, Values>,
 }
 
-/// Values of a robot of one version.
+/// Values of a robot with one layout version.
 #[derive(Debug)]
 struct Values {
-    /// Sequence of the state that they are of.
+    /// Sequence of the state with these values.
     changed_at: u64,
     root: Option<RootState>,
     positions: Vec<f64>,
@@ -52,14 +54,14 @@ struct Values {
 }
 
 impl ChangeTracker {
-    /// Takes the newest state while no other call looks, so that what it compares never goes back.
+    /// Takes the newest state while no other call looks, so that the compared states never go back.
     fn look(&self, since: u64, newest: impl FnOnce() -> Arc<Published>) -> (Arc<Published>, Vec<bool>) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let published = newest();
         if known.sequence != published.sequence {
             known.compare(&published);
         }
-        // A number from before a restart of the daemon may lie ahead.
+        // A number from before a restart of the daemon may be larger.
         let is_known = since <= published.sequence;
         let is_unchanged = |entity: &Arc<EntityLayout>| {
             known.robots.get(&entity.version).is_some_and(|values| values.changed_at <= since)
@@ -135,7 +137,7 @@ fn are_roots_close(one: &RootState, other: &RootState) -> bool {
         && are_close(&angular, &other_angular, VELOCITY)
 }
 
-/// What is not a number is never close to anything.
+/// Returns whether two lists are equal within a tolerance. NaN is never close to anything.
 fn are_close(one: &[f64], other: &[f64], least: f64) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(|(one, other)| (one - other).abs() <= least)
 }

@@ -1,5 +1,5 @@
-//! Claims, what proves that a caller holds one, and the leases that end them: the world knows which claim is on
-//! what, and only the handle knows secrets and what time it is.
+//! Claims, proofs that a caller holds one, and leases that end them. The world knows the claims on each
+//! object; only the handle knows secrets and time.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,69 +18,68 @@ use crate::account::Account;
 
 /// Shortest and longest lease.
 const LEASE: std::ops::RangeInclusive<Duration> = Duration::from_millis(100)..=Duration::from_secs(3600);
-/// How long to wait before a lapsed claim is tried to be released again, where
-/// the mailbox was full.
+/// Time until the next attempt to release a lapsed claim if the mailbox was full.
 const RETRY: Duration = Duration::from_millis(20);
 
-/// The leases that run, by claim.
+/// Running leases, by claim.
 #[derive(Debug, Default)]
 pub(super) struct Leases {
     running: Mutex<HashMap<ClaimId, Lease>>,
-    /// That were given out. An id is never used again.
+    /// Last assigned id. An id is never used again.
     given: AtomicU64,
 }
 
 #[derive(Debug)]
 struct Lease {
-    /// Whom it counts for.
+    /// Client that it counts for.
     account: Account,
-    /// A caller that has it may set the joints.
+    /// Secret whose holder may set the joints.
     secret: Arc<str>,
-    /// Of the last proof that was taken; another must have a larger one.
+    /// Counter of the last accepted proof; the next one must be larger.
     counter: u64,
     length: Duration,
     ends: Instant,
-    /// Its claim is on the world.
+    /// Whether its claim is on the world.
     of_world: bool,
-    /// Ends the task that watches it, with the lease.
+    /// Ends the task that watches the lease, when the lease is dropped.
     _over: DropGuard,
 }
 
 impl Leases {
-    /// Begins the lease anew.
+    /// Restarts the lease.
     fn renew(&self, claim: ClaimId) {
         if let Some(lease) = self.lock().get_mut(&claim) {
             lease.ends = Instant::now() + lease.length;
         }
     }
 
-    /// When it ends; `None` if there is no such lease (any more).
+    /// Returns when it ends; `None` if the lease does not exist (any more).
     fn end(&self, claim: ClaimId) -> Option<Instant> {
         self.lock().get(&claim).map(|lease| lease.ends)
     }
 
-    /// Whether the claim holds.
+    /// Returns whether the claim is active.
     pub(super) fn holds(&self, claim: ClaimId) -> bool {
         self.lock().contains_key(&claim)
     }
 
-    /// Whether the claim holds, and is on the world.
+    /// Returns whether the claim is active and on the world.
     pub(super) fn holds_world(&self, claim: ClaimId) -> bool {
         self.lock().get(&claim).is_some_and(|lease| lease.of_world)
     }
 
-    /// The claim that this is the secret of.
+    /// Returns the claim with this secret.
     fn of_secret(&self, secret: &str) -> Option<ClaimId> {
         let claim = ClaimId(proof::id_of(secret)?.parse().ok()?);
         let running = self.lock();
         let known = &running.get(&claim)?.secret;
-        // In the same time wherever they differ.
+        // Compared in constant time.
         let is_it = known.len() == secret.len()
             && known.bytes().zip(secret.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b)) == 0;
         is_it.then_some(claim)
     }
 
-    /// The claim that a proof is of, where it is newer than the last one that was taken.
+    /// Returns the claim that a proof is for, if the proof is newer than the last accepted one.
     fn of_proof(&self, proof: &Proof, key: &str, payload: &[u8]) -> Result<ClaimId, Unproven> {
         let claim = ClaimId(proof.claim);
         let newer = |lease: &Lease| match proof.counter > lease.counter {
@@ -93,7 +92,7 @@ impl Leases {
             newer(lease)?;
             lease.secret.clone()
         };
-        // Outside of the lock, since it takes as long as the payload is.
+        // Outside of the lock, since its time grows with the payload.
         if !proof.holds(&secret, key, payload) {
             return Err(Unproven::NotFound);
         }
@@ -109,14 +108,14 @@ impl Leases {
     }
 }
 
-/// Why a message does not act on a claim.
+/// Reason why a message has no claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unproven {
-    /// There is no such claim, or the proof was made without its secret.
+    /// The claim does not exist, or the proof was made without its secret.
     NotFound,
-    /// A proof with this counter, or a larger one, was taken already.
+    /// A proof with this counter or a larger one was accepted before.
     Replayed {
-        /// The largest that was taken.
+        /// Largest accepted counter.
         last: u64,
     },
 }
@@ -135,13 +134,13 @@ impl From<Unproven> for CallError {
 }
 
 impl SimHandle {
-    /// Takes robots, joints or the world for one client until the claim is released, was not used for as long as
-    /// the lease, `until` is cancelled, or the client's token is revoked. The id of the claim is made here. The answer has the secret by which the
-    /// client is known from then on.
+    /// Claims robots, joints or the world for one client. The claim ends when it is released, unused for the
+    /// lease's length, when `until` is cancelled, or when the client's token is revoked. Its id is chosen
+    /// here. The answer has the secret that identifies the client from then on.
     ///
     /// # Errors
-    /// Returns an error if the lease is not within 0.1 s and an hour, where there are too many claims, in all or of this client, or
-    /// where the world refuses.
+    /// Returns an error if the lease is not between 0.1 s and an hour, or the world refuses. Also if there
+    /// are too many claims, in total or of this client.
     pub async fn claim(
         &self,
         request: ClaimRequest,
@@ -177,8 +176,7 @@ impl SimHandle {
             running
                 .insert(claim, Lease { account, secret, counter: 0, length: lease, ends, of_world, _over });
         }
-        // A task of its own, so that a claim whose caller goes away before the
-        // answer has a lease that ends it.
+        // A separate task, so that the claim has a lease even if its caller disconnects before the answer.
         let (reply, answer) = oneshot::channel();
         let handle = self.clone();
         tokio::spawn(async move {
@@ -201,10 +199,10 @@ impl SimHandle {
         Ok((secret, answer.await.map_err(lost)??))
     }
 
-    /// Gives back the claim that this handle acts for.
+    /// Releases the claim that this handle acts for.
     ///
     /// # Errors
-    /// Returns an error if there is no such claim (any more).
+    /// Returns an error if the claim does not exist (any more).
     pub async fn release(&self) -> Result<Done, CallError> {
         let claim = self.claim.ok_or(CallError::from(Unproven::NotFound))?;
         let done = self.command(Command::Release { claim, cause: ReleaseCause::Released }).await?;
@@ -212,33 +210,34 @@ impl SimHandle {
         Ok(done)
     }
 
-    /// The claim that this is the secret of: for callers whose messages no other client can read.
+    /// Returns the claim with this secret, for callers whose messages no other client can read.
     ///
     /// # Errors
-    /// Returns an error if there is no such claim.
+    /// Returns an error if the claim does not exist.
     pub fn claim_of(&self, secret: &str) -> Result<ClaimId, CallError> {
         self.inner.leases.of_secret(secret).ok_or(Unproven::NotFound.into())
     }
 
-    /// The claim that a message proves to act for. A proof is good once.
+    /// Returns the claim that a message proves to hold. A proof is valid once.
     ///
     /// # Errors
-    /// Returns an error if there is no such claim, the proof is wrong, or another with its counter or a larger one was taken.
+    /// Returns an error if the claim does not exist or the proof is wrong. Also if a proof with its counter
+    /// or a larger one was accepted before.
     pub fn claim_proven(&self, proof: &Proof, key: &str, payload: &[u8]) -> Result<ClaimId, Unproven> {
         self.inner.leases.of_proof(proof, key, payload)
     }
 
-    /// Claims that hold.
+    /// Returns the number of active claims.
     pub fn claim_count(&self) -> usize {
         self.inner.leases.lock().len()
     }
 
-    /// The claim that this handle acts for, whose lease begins anew.
+    /// Returns the claim that this handle acts for, and restarts its lease.
     pub(super) fn renewed_claim(&self) -> Option<ClaimId> {
         self.claim.inspect(|claim| self.renew(*claim))
     }
 
-    /// Begins the lease of a claim anew, if there is such a claim.
+    /// Restarts the lease of a claim, if the claim exists.
     pub fn renew(&self, claim: ClaimId) {
         self.inner.leases.renew(claim);
     }
@@ -246,7 +245,7 @@ impl SimHandle {
     /// Releases the claim when its lease ends, or `until` is cancelled. Holds no handle while it waits, so
     /// that a lease of an hour does not keep a daemon alive.
     async fn watch_lease(self, claim: ClaimId, over: CancellationToken, until: Option<CancellationToken>) {
-        // One that is never cancelled where there is none.
+        // An absent token is replaced by one that is never cancelled.
         let (until, revoked) = (until.unwrap_or_default(), self.revoked.clone().unwrap_or_default());
         let (weak, draining) = (Arc::downgrade(&self.inner), self.draining());
         drop(self);
@@ -281,7 +280,7 @@ impl SimHandle {
     }
 }
 
-/// A claim's id, a dot, and 128 random bits in hexadecimal.
+/// Returns a claim's id, a dot, and 128 random bits in hexadecimal.
 fn secret(claim: ClaimId) -> Result<String, CallError> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)
@@ -323,7 +322,7 @@ mod tests {
         tokio::time::advance(Duration::from_secs(4)).await;
         let acting = handle.acting_for(Some(ClaimId(mine)));
         let mut command = std::pin::pin!(acting.command(Command::SetTargets(SetTargets::default())));
-        // Once is enough to post it; waiting would let the paused clock run on.
+        // One poll is enough to post it; waiting would let the paused clock continue.
         let _ = std::future::poll_fn(|cx| Poll::Ready(command.as_mut().poll(cx))).await;
         assert_eq!(lease(&handle, mine), Some(length));
         assert_eq!(lease(&handle, yours), Some(Duration::from_secs(6)));
@@ -370,7 +369,7 @@ mod tests {
             let refused = Err(Unproven::Replayed { last: 5 });
             assert_eq!(take(&secret, counter, "key", b"payload"), refused, "{counter}");
         }
-        // What is refused counts for nothing.
+        // Refused proofs do not count.
         assert_eq!(take(&secret, 6, "other", b"payload"), Err(Unproven::NotFound));
         assert_eq!(take(&secret, 7, "key", b"other"), Err(Unproven::NotFound));
         assert_eq!(take("1.guessed", u64::MAX, "key", b"payload"), Err(Unproven::NotFound));

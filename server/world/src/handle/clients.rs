@@ -1,5 +1,4 @@
-//! Who uses the daemon, and whose targets joints have: for people to see, nothing is
-//! allowed or refused by it.
+//! Present clients, and the sources of joint targets. This is for people to see, and has no effect on rights.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,12 +12,12 @@ use tokio_util::sync::CancellationToken;
 
 use super::SimHandle;
 
-/// How long after its last call a client counts as here.
+/// Time for which a client counts as present after its last call.
 const STAYS: Duration = Duration::from_secs(5);
-/// Clients that are remembered.
+/// Maximum number of remembered clients.
 const KEPT: usize = 256;
 
-/// How a call came.
+/// Transport of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Transport {
     /// Over gRPC.
@@ -27,12 +26,12 @@ pub enum Transport {
     GrpcWeb,
     /// Over Zenoh.
     Zenoh,
-    /// From within the daemon's own process.
+    /// Within the daemon's own process.
     Handle,
 }
 
 impl Transport {
-    /// Its name on the wire.
+    /// Returns its name on the wire.
     pub fn name(self) -> &'static str {
         match self {
             Self::Grpc => "grpc",
@@ -43,17 +42,17 @@ impl Transport {
     }
 }
 
-/// The other end of the way by which a call came.
+/// Remote end of the connection of a call.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Peer {
-    /// Of a connection.
+    /// A connection.
     Connection {
-        /// No two have the same as long as the daemon runs.
+        /// Number, unique for the life of the daemon.
         number: u64,
-        /// Where it comes from.
+        /// Address of the remote end.
         address: IpAddr,
     },
-    /// Of a session of Zenoh, by the id that it says it has.
+    /// A Zenoh session, with the id that it claims to have.
     Session(Arc<str>),
     /// A caller within the daemon's own process.
     Process,
@@ -70,8 +69,8 @@ impl fmt::Display for Peer {
 }
 
 impl Peer {
-    /// Whether no other client can seem to be this one: Zenoh does not tell whose query it is, and an id can be
-    /// made up.
+    /// Returns whether no other client can appear as this one: Zenoh does not identify the sender of a query,
+    /// and an id can be invented.
     pub fn is_certain(&self) -> bool {
         match self {
             Self::Connection { .. } | Self::Process => true,
@@ -80,30 +79,30 @@ impl Peer {
     }
 }
 
-/// Cancelled when the connection, or the session of Zenoh, by which a call came has ended.
+/// Cancelled when the call's connection or Zenoh session has ended.
 #[derive(Clone, Debug)]
 pub struct Disconnect(pub CancellationToken);
 
-/// Whose ids of requests are meant: two callers with the same id have nothing to do with each other.
+/// Scope of request ids: callers in different scopes may use the same id.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Scope {
-    /// Of all who give this name.
+    /// All callers with this name.
     Named(Caller),
-    /// Of one who gives none.
+    /// One caller without a name.
     Unnamed(Peer),
 }
 
-/// Who calls, where it says so.
+/// Caller that gave its name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Caller {
-    /// As it calls itself.
+    /// Name that it gives.
     pub name: Arc<str>,
-    /// How it calls.
+    /// Transport that it uses.
     pub transport: Transport,
 }
 
 impl Caller {
-    /// By what a header says: printable ASCII, of which the first 64 characters count.
+    /// Returns a caller from a header's text: printable ASCII, of which the first 64 characters count.
     pub fn said(text: &str, transport: Transport) -> Option<Self> {
         let is_printable = |byte: u8| (0x20..0x7f).contains(&byte);
         let name = text.trim();
@@ -115,44 +114,44 @@ impl Caller {
     }
 }
 
-/// A client that is here.
+/// A present client.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Client {
-    /// Who it is.
+    /// Name and transport.
     pub caller: Caller,
-    /// Since its last call ended; zero while one is answered.
+    /// Time since its last call ended; zero during a call.
     pub idle: Duration,
 }
 
-/// Who set a joint's last target.
+/// Source of a joint's last target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetSource {
-    /// The robot's name.
+    /// Name of the robot.
     pub robot: String,
-    /// The joint's name.
+    /// Name of the joint.
     pub joint: String,
-    /// Empty where the client did not say who it is.
+    /// Name of the client; empty if it gave none.
     pub client: Arc<str>,
-    /// Since then.
+    /// Time since the target was set.
     pub age: Duration,
 }
 
-/// What is remembered of clients.
+/// Remembered clients.
 #[derive(Debug, Default)]
 pub(super) struct Clients {
-    /// Held for a look or a change.
+    /// Locked for a look or a change.
     here: Mutex<BTreeMap<Caller, Presence>>,
 }
 
 #[derive(Debug)]
 struct Presence {
-    /// That are answered now.
+    /// Number of calls in progress.
     calls: usize,
-    /// When the last one ended.
+    /// End of the last call.
     last: Instant,
 }
 
-/// A call that is answered; its client is here at least until this is dropped.
+/// A call in progress; its client is present at least until this is dropped.
 #[derive(Debug)]
 pub struct UnderWay {
     clients: Arc<Clients>,
@@ -173,7 +172,8 @@ impl Clients {
         self.here.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A call begins. Where there are too many clients, the one goes that was silent for longest.
+    /// Notes the begin of a call. If there are too many clients, the one that was silent longest is
+    /// forgotten.
     fn begin(self: &Arc<Self>, caller: Caller) -> UnderWay {
         let mut here = self.lock();
         if here.len() >= KEPT && !here.contains_key(&caller) {
@@ -184,7 +184,7 @@ impl Clients {
                 here.remove(&longest);
             }
         }
-        // Where all are in the middle of a call, one more is served and not listed.
+        // If all are within a call, another one is served and not listed.
         if here.len() < KEPT || here.contains_key(&caller) {
             let new = || Presence { calls: 0, last: Instant::now() };
             here.entry(caller.clone()).or_insert_with(new).calls += 1;
@@ -205,23 +205,23 @@ impl Clients {
 }
 
 impl SimHandle {
-    /// A call of a client begins.
+    /// Notes the begin of a client's call.
     pub fn begin_call(&self, caller: Caller) -> UnderWay {
         self.inner.clients.begin(caller)
     }
 
-    /// The clients that are here, by name.
+    /// Returns the present clients, by name.
     pub fn clients(&self) -> Vec<Client> {
         self.inner.clients.list()
     }
 
-    /// What says, with targets, that this caller sets them now; `None` did not say who it is.
+    /// Returns the source of targets that this caller sets now; `None` is a caller without a name.
     pub fn target_source(&self, caller: Option<&Caller>) -> Arc<target_sources::TargetSource> {
         let client = caller.map(|caller| caller.name.clone()).unwrap_or_default();
         Arc::new(target_sources::TargetSource { client, at: self.inner.started.elapsed() })
     }
 
-    /// Who set the last target of each joint that was given one, by robot and joint.
+    /// Returns the source of the last target of each joint that has one, by robot and joint.
     pub fn target_sources(&self) -> Vec<TargetSource> {
         let newest = self.newest();
         let now = self.inner.started.elapsed();
@@ -295,7 +295,7 @@ mod tests {
         assert_eq!(names.len(), KEPT);
         assert!(names.contains(&"first".into()), "one that waits for an answer stays");
         assert!(names.contains(&format!("n{}", 10 * KEPT - 1)));
-        // Where everybody waits, one more is served all the same.
+        // If all are within a call, another one is served nevertheless.
         let all: Vec<_> = (0..2 * KEPT).map(|number| clients.begin(caller(&format!("m{number}")))).collect();
         assert_eq!(clients.list().len(), KEPT);
         drop(all);

@@ -1,4 +1,4 @@
-//! Robots: how they come, what they are made from.
+//! Robots: spawning them, and their descriptions.
 
 mod place;
 mod reload;
@@ -23,43 +23,43 @@ use crate::loading::{
     ExpandedXacro, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, XacroFiles, summary,
 };
 
-/// A robot to bring in.
+/// Request for a robot.
 #[derive(Clone, Debug)]
 pub struct SpawnRequest {
-    /// Where its description comes from.
+    /// Source of its description.
     pub source: Source,
-    /// Empty: the model's own.
+    /// Name; if empty, the model's own.
     pub name: String,
-    /// Where the name is taken, add `_1`, `_2`, ... instead of refusing.
+    /// Whether a taken name gets `_1`, `_2`, ... instead of a refusal.
     pub allow_renaming: bool,
     /// `world_from_root`.
     pub pose: DPose3,
-    /// `None` fixes a root link called `world`.
+    /// Whether the base is fixed; `None` fixes a root link called `world`.
     pub fixed_base: Option<bool>,
-    /// Joints are not actuated, instead of holding their position.
+    /// Whether joints have no actuators, instead of holding their position.
     pub passive: bool,
-    /// Positions to start from, rad or m, by joint name.
+    /// Initial positions, rad or m, by joint name.
     pub joint_positions: Vec<(String, f64)>,
-    /// Orientations of spherical joints to start from.
+    /// Initial orientations of spherical joints.
     pub joint_orientations: Vec<JointOrientation>,
-    /// Lengths are multiplied by it; above 0, at most 1,000.
+    /// Factor of all lengths; above 0, at most 1,000.
     pub scale: f64,
-    /// Refuse a robot whose report has a warning.
+    /// Whether to refuse a robot whose report has a warning.
     pub strict: bool,
-    /// What its collision meshes become.
+    /// Conversion of its collision meshes.
     pub mesh_shapes: MeshShapes,
-    /// How it touches others and itself.
+    /// Contact settings with other robots and with itself.
     pub contact_settings: ContactSettings,
-    /// An SRDF, which says what of it touches what; empty is none.
+    /// SRDF, which disables pairs of colliding links; empty for none.
     pub srdf: Bytes,
-    /// Pairs of its own links that are switched off or on, after those of the SRDF.
+    /// Pairs of the robot's links whose collisions are switched off or on, after those of the SRDF.
     pub collision_pairs: Vec<CollisionPair>,
-    /// Which robot of a file with several; empty is all of them.
+    /// Name of a robot in a file with several; empty for all of them.
     pub model: String,
 }
 
 impl SpawnRequest {
-    /// Whether it says what only one robot can be meant by.
+    /// Returns whether it has options that only make sense for a single robot.
     fn is_of_one(&self) -> bool {
         let Self { srdf, joint_positions, joint_orientations, collision_pairs, contact_settings, .. } = self;
         !srdf.is_empty()
@@ -70,26 +70,26 @@ impl SpawnRequest {
     }
 }
 
-/// A robot that is in the world now.
+/// A spawned robot.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// From when.
+    /// Moment from which it exists.
     pub done: Done,
-    /// Under this name.
+    /// Name.
     pub name: String,
-    /// Names of those that came with it, of a file with several robots.
+    /// Names of other robots that were spawned from the same file.
     pub others: Vec<String>,
-    /// What was found.
+    /// Findings of the load.
     pub report: LoadReport,
-    /// The report in one line.
+    /// Summary of the report in one line.
     pub summary: String,
 }
 
 impl SimHandle {
-    /// Keeps a description and says which of its files are lacking.
+    /// Stores a description, and returns which of its files are missing.
     ///
     /// # Errors
-    /// Returns an error if it is too large or cannot be read at all.
+    /// Returns an error if it is too large, or cannot be read at all.
     pub async fn prepare(
         &self,
         urdf: Bytes,
@@ -101,16 +101,16 @@ impl SimHandle {
     /// Expands a xacro file to a URDF.
     ///
     /// # Errors
-    /// Returns an error if the files are too large together, and where the xacro cannot be understood.
+    /// Returns an error if the files are too large in total, or the xacro is invalid.
     pub async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
         self.loader().expand_xacro(files).await
     }
 
-    /// Takes a part of a file; gives how much of it is here.
+    /// Stores a part of an uploaded file; returns the number of received bytes.
     ///
     /// # Errors
-    /// Returns an error if the file is too large, where parts do not fit, and where the whole
-    /// does not have the hash.
+    /// Returns an error if the file is too large, parts do not match, or the whole file does not have the
+    /// hash.
     pub async fn upload(
         &self,
         sha256: Sha256,
@@ -121,24 +121,24 @@ impl SimHandle {
         self.loader().upload(sha256, total, offset, data).await
     }
 
-    /// Reads a description as a spawn would, and only reports.
+    /// Reads a description like a spawn, but only returns the report.
     ///
     /// # Errors
-    /// Returns an error if its bytes cannot be had.
+    /// Returns an error if its bytes are not available.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
         self.loader().validate(source, scale).await
     }
 
-    /// Brings a robot into the world.
+    /// Spawns a robot.
     ///
     /// # Errors
-    /// Returns an error if it cannot be read, and where the world refuses it.
+    /// Returns an error if it cannot be read, or the world refuses it.
     pub async fn spawn(&self, request: SpawnRequest) -> Result<Loaded, CallError> {
         let origin = request.source.clone().into();
         self.bring_in(origin, request, false, Reporter::default()).await
     }
 
-    /// The same, and says how far it is.
+    /// Like `spawn`, and reports progress.
     ///
     /// # Errors
     /// As [`spawn`](Self::spawn).
@@ -151,8 +151,8 @@ impl SimHandle {
         self.bring_in(origin, request, false, Reporter::to(listener)).await
     }
 
-    /// Brings in a robot that the operator named: from any path, and to stay at a
-    /// reset of spawned robots.
+    /// Spawns a robot that the operator named. Its file may have any path, and the robot stays at a reset of
+    /// spawned robots.
     pub async fn spawn_at_start(&self, path: PathBuf, request: SpawnRequest) -> Result<Loaded, CallError> {
         self.bring_in(Origin::Operator(path), request, true, Reporter::default()).await
     }
@@ -165,7 +165,7 @@ impl SimHandle {
         reporter: Reporter,
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, mesh_shapes, fixed_base, .. } = &request;
-        // Here too, since what cannot be read never becomes a command.
+        // The robot is noted here too, since an unreadable one never becomes a command.
         self.note_robots([name.as_str()].into_iter().filter(|name| !name.is_empty()));
         let options = self.loader().load_options(*scale, *strict, *mesh_shapes, *fixed_base);
         let srdf = request.srdf.clone();
@@ -242,34 +242,34 @@ impl SimHandle {
         tracing::info!(robot = name, "spawned {summary}");
         if let Some(recording) = self.inner.recordings.running() {
             let entry = ReportEntry { robot: name.clone(), report: report.clone(), summary: summary.clone() };
-            // What ends the recording is said where it shows first.
+            // The recording itself reports the cause of its end.
             let _ = recording.queue.push(Entry::Report(Box::new(entry)));
         }
         Ok(Loaded { done, name, others, report, summary })
     }
 
-    /// The hash of a robot's description.
+    /// Returns the hash of a robot's description.
     pub fn description_of(&self, robot: &str) -> Option<Sha256> {
         let newest = self.newest();
         let (_, entity) = newest.state.entity(robot)?;
         self.description_of_model(&entity.model)
     }
 
-    /// The description that a model was read from, if it was read from one.
+    /// Returns the description that a model was read from, if any.
     pub fn description_of_model(&self, model: &Arc<RobotModel>) -> Option<Sha256> {
         self.loader().with_known(model, |known| known.description)
     }
 
-    /// A file that was uploaded or that a robot uses.
+    /// Returns a file that was uploaded or that a robot uses.
     pub fn asset(&self, sha256: &Sha256) -> Option<Bytes> {
         self.loader().asset(sha256)
     }
 
-    /// Does what takes long with the mesh of a look, off the threads that others wait for;
-    /// `None` where no robot uses it.
+    /// Runs long work on the mesh of a look, on threads that delay no other call; `None` if no robot uses the
+    /// mesh.
     ///
     /// # Errors
-    /// If too much waits to be read already.
+    /// Returns an error if too many reads wait already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
         look: &Sha256,
@@ -278,11 +278,11 @@ impl SimHandle {
         self.loader().with_mesh(look, work).await
     }
 
-    /// Does what takes long with a convex collider of a robot in the world, off the threads that
-    /// others wait for; `None` where no robot has it.
+    /// Runs long work on a convex collider of a robot, on threads that delay no other call; `None` if no
+    /// robot has it.
     ///
     /// # Errors
-    /// If too much waits to be read already.
+    /// Returns an error if too many reads wait already.
     pub async fn with_collider<T: Send + 'static>(
         &self,
         sha256: Sha256,
@@ -296,11 +296,11 @@ impl SimHandle {
         self.loader().off_thread(move || work(collider)).await.map(Some)
     }
 
-    /// The text of a robot's description with other file names of its meshes; `None` where it is
-    /// not kept.
+    /// Returns the text of a robot's description with other file names of its meshes; `None` if the text is
+    /// not stored.
     ///
     /// # Errors
-    /// If too much waits to be read already.
+    /// Returns an error if too many reads wait already.
     pub async fn description_with(
         &self,
         robot: &str,

@@ -1,4 +1,4 @@
-//! What happened, for any number of readers.
+//! The log of events, for any number of readers.
 
 use std::time::Duration;
 
@@ -6,12 +6,12 @@ use super::{CallError, SimHandle};
 use crate::driver::EventBatch;
 
 impl SimHandle {
-    /// What happened after an event's number, at once.
+    /// Returns the events after a number, at once.
     pub fn events_after(&self, sequence: u64) -> EventBatch {
         self.inner.driver.events.after(sequence)
     }
 
-    /// What happened after an event's number, waiting at most `timeout` for the first.
+    /// Returns the events after a number, waiting at most `timeout` for the first.
     ///
     /// # Errors
     /// Returns an error if the daemon drains before that, or the driver failed.

@@ -1,23 +1,23 @@
-//! Whether the physics thread gets on, and how long its steps and its queue are.
+//! Liveness of the physics thread, durations of its steps, and length of its queue.
 
 use std::time::{Duration, Instant};
 
 use super::SimHandle;
 use crate::histogram::Counts;
 
-/// A physics thread that is at one step or command for longer does not get on.
+/// Time in one step or command after which the physics thread counts as stuck.
 const STUCK: Duration = Duration::from_secs(10);
 
 impl SimHandle {
-    /// For how long the driver has been at one step or one command; zero while it waits for the next.
+    /// Returns the time that the driver has spent in its present step or command; zero while it waits.
     pub fn driver_at_work(&self, now: Instant) -> Duration {
         self.inner.driver.state_cell.present_work(now)
     }
 
-    /// Whether the physics thread gets on; else why not.
+    /// Checks that the physics thread makes progress; otherwise returns the reason.
     ///
     /// # Errors
-    /// Returns an error if it has ended, or has been at one step or command for longer than ten seconds.
+    /// Returns an error if it has ended, or has spent more than ten seconds in one step or command.
     pub fn health(&self, now: Instant) -> Result<(), String> {
         if let Some(failure) = self.driver_failure() {
             return Err(format!("the physics thread ended: {failure}"));
@@ -31,10 +31,10 @@ impl SimHandle {
         }
     }
 
-    /// Whether calls are served; else why not.
+    /// Checks that calls are served; otherwise returns the reason.
     ///
     /// # Errors
-    /// Those of [`health`](Self::health), and while the daemon drains.
+    /// As [`health`](Self::health), and while the daemon drains.
     pub fn readiness(&self, now: Instant) -> Result<(), String> {
         match self.inner.draining.is_cancelled() {
             true => Err("the daemon is shutting down".to_owned()),
@@ -42,18 +42,19 @@ impl SimHandle {
         }
     }
 
-    /// How long steps took, and how long after their time they began.
+    /// Returns the durations of steps, and their delays after their due time.
     pub fn step_times(&self) -> (Counts, Counts) {
         let state_cell = &self.inner.driver.state_cell;
         (state_cell.step_durations.counts(), state_cell.step_lateness.counts())
     }
 
-    /// Calls that wait for the physics thread, and those that found no room.
+    /// Returns the number of calls that wait for the physics thread, and the number refused by the full
+    /// mailbox.
     pub fn mailbox(&self) -> (usize, u64) {
         (self.inner.driver.mailbox.waiting(), self.inner.driver.mailbox.refusals())
     }
 
-    /// What the driver failed with, if it did.
+    /// Returns the message of the driver's panic, if any.
     pub fn driver_failure(&self) -> Option<&str> {
         self.inner.driver.mailbox.failure()
     }

@@ -1,5 +1,5 @@
-//! Reads that take milliseconds: inverse kinematics, mass matrices, rays. They run on threads that give way to the
-//! physics thread, few at a time.
+//! Reads that take milliseconds: inverse kinematics, mass matrices, rays. They run on threads of low
+//! priority, few at a time.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,19 +12,19 @@ use crate::blocking_threads::BlockingThreads;
 use crate::fair_permits::FairPermits;
 use crate::info::DaemonLimits;
 
-/// Permits for heavy work. One for the whole daemon, whichever transport asks. Each that waits for one holds its
-/// request in memory, at most a message's size.
+/// Permits for heavy work, shared by all transports. Each waiting call holds its request in memory, at most a
+/// message's size.
 #[derive(Debug)]
 pub(super) struct HeavyWork {
     permits: FairPermits,
 }
 
-/// Whether no caller waits for some work any more.
+/// Whether the last caller that waits for some work is gone.
 #[derive(Clone, Debug, Default)]
 pub struct Cancelled(Arc<AtomicBool>);
 
 impl Cancelled {
-    /// Work that takes long asks this often, and ends early.
+    /// Returns whether the work is cancelled. Long work checks it often, and ends early.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -40,19 +40,19 @@ impl Drop for SetOnDrop {
 }
 
 impl HeavyWork {
-    /// Half of the processors may do such work.
+    /// Makes permits for half of the processors.
     pub(super) fn new(limits: &DaemonLimits) -> Self {
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         Self::with((processors / 2).max(1), limits.waiting_reads, limits.waiting_reads_of_client)
     }
 
-    /// One look into a recording at a time.
+    /// Makes one permit, for looks into recordings.
     pub(super) fn of_recordings() -> Self {
         let what = "waiting calls for what is in a recording";
         Self { permits: FairPermits::new(1, 16, 4, what) }
     }
 
-    /// Two large answers are made at a time.
+    /// Makes two permits, for large answers.
     pub(super) fn of_answers() -> Self {
         Self { permits: FairPermits::new(2, 256, 32, "waiting calls for large answers") }
     }
@@ -62,11 +62,11 @@ impl HeavyWork {
         Self { permits: FairPermits::new(permits, waiting, of_one, what) }
     }
 
-    /// Does the work on a thread where it blocks no other task. The permit is held until the work ends, also where
-    /// its caller goes away before: there are never more such threads than permits.
+    /// Runs the work on a thread where it blocks no other task. The permit is held until the work ends, even
+    /// if its caller disconnects before: there are never more such threads than permits.
     ///
     /// # Errors
-    /// At once where too many wait already.
+    /// Returns an error at once if too many calls wait already.
     pub(super) async fn run<T: Send + 'static>(
         &self,
         threads: &BlockingThreads,
@@ -88,10 +88,10 @@ impl HeavyWork {
 }
 
 impl SimHandle {
-    /// Does what may take milliseconds, and reads nothing but a published state, where it blocks no other task.
+    /// Runs work of some milliseconds that only reads a published state, where it blocks no other task.
     ///
     /// # Errors
-    /// At once where too many such calls wait.
+    /// Returns an error at once if too many such calls wait.
     pub async fn heavy<T: Send + 'static>(
         &self,
         work: impl FnOnce(&Cancelled) -> T + Send + 'static,
@@ -99,15 +99,15 @@ impl SimHandle {
         self.inner.heavy.run(self.loader().threads(), work).await
     }
 
-    /// Makes a large answer where it blocks no other task. It ends early where its caller goes away.
+    /// Makes a large answer where it blocks no other task. It ends early if its caller disconnects.
     ///
     /// # Errors
-    /// At once where too many such calls wait.
+    /// Returns an error at once if too many such calls wait.
     pub async fn make_large<F>(&self, work: F) -> Result<F::Output, CallError>
     where
         F: Future<Output: Send + 'static> + Send + 'static,
     {
-        // Of the task that waits: timers of the work are its own.
+        // Runtime of the waiting task, which provides the timers of the work.
         let runtime = tokio::runtime::Handle::current();
         let account = Account::current();
         let caller = CancellationToken::new();
@@ -128,13 +128,13 @@ mod tests {
 
     use super::*;
 
-    /// Polls once: far enough to queue or to begin.
+    /// Polls once, which is enough to queue or to begin.
     async fn poll_once<F: Future>(future: std::pin::Pin<&mut F>) -> Poll<F::Output> {
         let mut future = future;
         std::future::poll_fn(|context| Poll::Ready(future.as_mut().poll(context))).await
     }
 
-    /// Work that has begun when it says so and ends when it is asked to, or else when it is cancelled.
+    /// Returns work that signals its begin, and ends when asked to or when cancelled.
     fn held()
     -> (impl FnOnce(&Cancelled) -> bool + Send + 'static, Sender<()>, tokio::sync::oneshot::Receiver<()>)
     {

@@ -1,5 +1,6 @@
-//! Clients that step one world together: it advances once each of them has asked, to the nearest step that one asked for.
-//! Who does not ask in its time, or goes away, is a member no more, and the others go on.
+//! Clients that step one world together. It advances once all of them have asked, to the nearest step that
+//! one asked for. A client that does not ask in time, or disconnects, is no longer a member, and the others
+//! continue.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
@@ -13,30 +14,30 @@ use super::{CallError, SimHandle};
 use crate::account::Account;
 use crate::driver::{LockstepChange, LogEvent, Stepped};
 
-/// Members at one time.
+/// Maximum number of members.
 const MEMBERS: usize = 64;
-/// How long a member may take from one step to asking for the next.
+/// Permitted times for a member from one step to its next request.
 const TIMEOUT: std::ops::RangeInclusive<Duration> = Duration::from_millis(10)..=Duration::from_secs(3600);
 
-/// The members, in the order in which they joined.
+/// Members, in the order in which they joined.
 #[derive(Debug, Default)]
 pub(super) struct Lockstep {
-    /// Held for a look or a change, never across a step.
+    /// Locked for a look or a change, never across a step.
     group: Mutex<Group>,
-    /// A member's deadline may be another.
+    /// Notifies of a changed deadline of a member.
     changed: Notify,
 }
 
 #[derive(Debug, Default)]
 struct Group {
     members: Vec<Member>,
-    /// Whether the world advances for them.
+    /// Whether the world is advancing for them.
     is_stepping: bool,
 }
 
 #[derive(Debug)]
 struct Member {
-    /// The sender that has it is this member.
+    /// Secret id that identifies the member.
     id: Arc<str>,
     client: Arc<str>,
     timeout: Duration,
@@ -45,43 +46,43 @@ struct Member {
 
 #[derive(Debug)]
 enum State {
-    /// It has to ask until then.
+    /// It must ask before the deadline.
     Computes { deadline: Instant },
-    /// It has asked for so many steps, of which so many are still to be done.
+    /// It has asked for steps, of which `remaining` are still to be done.
     Waits {
         remaining: u64,
-        /// With which it asked.
+        /// Claim of its request.
         claim: Option<ClaimId>,
-        /// Whether the steps that are being done are done for it: it asked before they began.
+        /// Whether the steps in progress count for it: it asked before they began.
         is_counted: bool,
-        /// Where its targets are still to be set: until then it has not asked.
+        /// Present while its targets are being set: until then it has not asked.
         sets_targets: Option<SettingTargets>,
         reply: oneshot::Sender<Result<Stepped, CallError>>,
     },
 }
 
-/// A member's targets are on their way to the world.
+/// Deadlines of a member while its targets are on their way to the world.
 #[derive(Clone, Copy, Debug)]
 struct SettingTargets {
-    /// They have to be set until then: a caller may have stopped to wait for it.
+    /// Deadline for setting the targets: a caller may have stopped polling.
     deadline: Instant,
-    /// It has to have asked by then where they are refused, or its caller goes away: what that takes is its own time, or it
-    /// could hold the others for ever.
+    /// Deadline for its next request if the targets are refused, or its caller disconnects. The time until
+    /// then counts as its own, or it could hold the others forever.
     asks_by: Instant,
 }
 
 /// A member, as others see it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LockstepMember {
-    /// As it calls itself; empty where it does not.
+    /// Name of the client; empty if it gives none.
     pub client: Arc<str>,
-    /// How long it may take from one step to asking for the next.
+    /// Longest time from one step to its next request.
     pub timeout: Duration,
-    /// Steps that it waits for; 0 where the others wait for it.
+    /// Number of steps that it waits for; 0 if the others wait for it.
     pub waits_for: u64,
 }
 
-/// Says that a member may have changed.
+/// Notifies when dropped that a member may have changed.
 struct NotifyOnDrop<'n>(&'n Notify);
 
 impl Drop for NotifyOnDrop<'_> {
@@ -102,7 +103,7 @@ impl Group {
         found.ok_or(CallError::LockstepMemberNotFound)
     }
 
-    /// The member of that id, which has not asked.
+    /// Returns the member with this id, which must not have asked.
     fn asks(&mut self, id: &str) -> Result<&mut Member, CallError> {
         self.forget_gone();
         let member = self.find(id)?;
@@ -116,7 +117,7 @@ impl Group {
         Ok(member)
     }
 
-    /// Callers that went away have not asked.
+    /// Makes members whose callers disconnected count as not having asked.
     fn forget_gone(&mut self) {
         for member in &mut self.members {
             if let State::Waits { sets_targets, reply, .. } = &member.state
@@ -129,15 +130,15 @@ impl Group {
         }
     }
 
-    /// Whether all have asked.
+    /// Returns whether all members have asked.
     fn is_due(&mut self) -> bool {
         self.forget_gone();
         let has_asked = |member: &Member| matches!(member.state, State::Waits { sets_targets: None, .. });
         !self.members.is_empty() && self.members.iter().all(has_asked)
     }
 
-    /// What the next steps come with: the first claim that a member asked with, in the order in which they joined, or none.
-    /// `None` while one has yet to ask.
+    /// Returns the claim for the next steps: the first claim of a member's request, in the order in which
+    /// they joined, or none. The outer `None` means that a member has yet to ask.
     fn steps_claim(&self) -> Option<Option<ClaimId>> {
         let asked_with = |member: &Member| match member.state {
             State::Waits { claim, .. } => Some(claim),
@@ -147,15 +148,15 @@ impl Group {
         claims.map(|claims| claims.into_iter().flatten().next())
     }
 
-    /// From now on it has asked.
+    /// Notes that the member's targets are set, so that it has asked.
     fn targets_are_set(&mut self, id: &str) {
         if let Ok(Member { state: State::Waits { sets_targets, .. }, .. }) = self.find(id) {
             *sets_targets = None;
         }
     }
 
-    /// Where all have asked: steps to the nearest that one asked for, which are done for all of them from now on, and the
-    /// first claim that a member came with, in the order in which they joined.
+    /// Begins the next steps if all members have asked. Returns their number, up to the nearest step that one
+    /// asked for, and the first claim of a member in joining order. The steps then count for all of them.
     fn begin(&mut self) -> Option<(u64, Option<ClaimId>)> {
         if !self.is_due() {
             return None;
@@ -171,7 +172,8 @@ impl Group {
         Some((steps, first))
     }
 
-    /// Takes steps that were done off what members wait for, and answers those whose steps are done; after a refusal, all.
+    /// Subtracts completed steps from the members' remaining ones, and answers members that are done; after a
+    /// refusal, all.
     fn done(&mut self, steps: u64, outcome: &Result<Stepped, CallError>) {
         for member in &mut self.members {
             let State::Waits { remaining, is_counted: true, .. } = &mut member.state else { continue };
@@ -181,7 +183,7 @@ impl Group {
             }
             let asked = State::Computes { deadline: Instant::now() + member.timeout };
             if let State::Waits { reply, .. } = std::mem::replace(&mut member.state, asked) {
-                // Who is gone needs no answer.
+                // A disconnected caller needs no answer.
                 let _ = reply.send(outcome.clone());
             }
         }
@@ -189,11 +191,11 @@ impl Group {
 }
 
 impl SimHandle {
-    /// Makes the caller a member; gives what it shows with each request, and who else is one. With `until`, it is one for as long as
-    /// its connection lasts.
+    /// Makes the caller a member. Returns its id, which each request must have, and the other members. With
+    /// `until`, the membership lasts as long as its connection.
     ///
     /// # Errors
-    /// Returns an error if the time is not within 10 ms and an hour, and where there are too many members.
+    /// Returns an error if the time is not between 10 ms and an hour, or there are too many members.
     pub fn join_lockstep(
         &self,
         client: &str,
@@ -228,15 +230,15 @@ impl SimHandle {
         Ok((id, self.lockstep_members()))
     }
 
-    /// Ends a membership. A request of it that waits is refused.
+    /// Ends a membership, and refuses its waiting request.
     ///
     /// # Errors
-    /// Returns an error if there is no such member (any more).
+    /// Returns an error if the member does not exist (any more).
     pub fn leave_lockstep(&self, id: &str) -> Result<(), CallError> {
         self.remove_member(id, LockstepChange::Left).ok_or(CallError::LockstepMemberNotFound)
     }
 
-    /// Who steps the world together, in the order in which they joined.
+    /// Returns the members, in the order in which they joined.
     pub fn lockstep_members(&self) -> Vec<LockstepMember> {
         let seen = |member: &Member| LockstepMember {
             client: Arc::clone(&member.client),
@@ -249,7 +251,8 @@ impl SimHandle {
         self.inner.lockstep.lock().members.iter().map(seen).collect()
     }
 
-    /// Refuses what only the members may do, where there are any. Who has claimed the world is held up by none of them.
+    /// Refuses calls that only members may make while there are any. The holder of a claim on the world is
+    /// exempt.
     pub(super) fn check_no_lockstep(&self) -> Result<(), CallError> {
         if self.claim.is_some_and(|claim| self.inner.leases.holds_world(claim)) {
             return Ok(());
@@ -260,23 +263,25 @@ impl SimHandle {
         }
     }
 
-    /// Sets targets and does steps together with the other members: answers once the world has advanced by so many, and each of the
-    /// others has asked for as many by then. Where the targets are refused, or it is known by then that the steps will be, nothing is
-    /// set, and the member has not asked.
+    /// Sets targets and makes steps together with the other members. Answers once the world has advanced by
+    /// `steps`, for which each of the others must have asked too. If the targets are refused, or the steps
+    /// are known to be refused, nothing is set, and the member has not asked.
     ///
     /// # Errors
-    /// Returns an error if the caller is no member, has asked already, or leaves; and those of targets and steps.
+    /// Returns an error if the caller is not a member, has asked already, or leaves, or if the targets or
+    /// steps are refused.
     pub(super) async fn step_together(
         &self,
         id: &str,
         targets: Option<SetTargets>,
         steps: u64,
     ) -> Result<Stepped, CallError> {
-        // Also where the caller goes away before it is answered, or its targets are refused: dropped after what says so.
+        // Notifies even if the caller disconnects before its answer, or its targets are refused: dropped
+        // after the state is changed.
         let _changed = NotifyOnDrop(&self.inner.lockstep.changed);
         let (reply, answer) = oneshot::channel();
         let steps_claim = {
-            // Looked at and changed at once: another request of this member may come at the same moment.
+            // Checked and changed under one lock: another request of this member may arrive at the same time.
             let mut group = self.inner.lockstep.lock();
             let member = group.asks(id)?;
             let now = Instant::now();
@@ -301,7 +306,7 @@ impl SimHandle {
         Ok(Stepped { clamped, ..stepped })
     }
 
-    /// Advances the world where all members have asked. One at a time does.
+    /// Advances the world while all members have asked, in one task at a time.
     fn advance_lockstep(&self) {
         {
             let mut group = self.inner.lockstep.lock();
@@ -311,7 +316,7 @@ impl SimHandle {
             group.is_stepping = true;
         }
         let handle = self.clone();
-        // A task of its own: it goes on where the caller who made it begin goes away.
+        // A separate task: it continues if the caller that started it disconnects.
         tokio::spawn(Account::Process.scope(async move {
             loop {
                 let due = {
@@ -328,7 +333,7 @@ impl SimHandle {
         }));
     }
 
-    /// Ends a membership whose time is over, or whose connection has ended.
+    /// Ends a membership when its time is over, or its connection has ended.
     async fn watch_member(self, id: Arc<str>, until: CancellationToken) {
         loop {
             let changed = self.inner.lockstep.changed.notified();
@@ -361,7 +366,7 @@ impl SimHandle {
         }
     }
 
-    /// `None`: there is no such member, or it asked just in time.
+    /// Removes a member; `None` if it does not exist, or asked just in time.
     fn remove_member(&self, id: &str, change: LockstepChange) -> Option<()> {
         let member = {
             let mut group = self.inner.lockstep.lock();

@@ -1,4 +1,5 @@
-//! Meshes and convex colliders as glTF: each is written once, off the physics thread, and cached while there is room.
+//! Meshes and convex colliders as glTF: each is written once, outside of the physics thread, and cached while
+//! there is room.
 
 mod glb;
 
@@ -14,12 +15,12 @@ use simd_model::robot::{MeshAsset, Sha256};
 
 use super::{CallError, SimHandle};
 
-/// Bytes of glTF in the cache.
+/// Maximum bytes of glTF in the cache.
 const CAPACITY: usize = 256 << 20;
-/// Smaller files are not worth compressing.
+/// Minimum size of compressed files, bytes.
 const WORTH_IT: usize = 4 << 10;
 
-/// What can be asked for.
+/// Key of a glTF file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Key {
     /// A mesh, by its look.
@@ -32,32 +33,33 @@ pub enum Key {
 #[derive(Clone, Debug)]
 pub struct Glb {
     pub bytes: Bytes,
-    /// Where that is smaller.
+    /// Compressed bytes, if smaller.
     pub gzip: Option<Bytes>,
 }
 
-/// Writes and caches them.
+/// Writer and cache of glTF files.
 #[derive(Debug, Default)]
 pub struct Meshes {
-    /// Held for a lookup or an insertion.
+    /// Locked for a lookup or an insertion.
     cache: Mutex<Cache>,
-    /// One is written at a time: each takes a processor and, while it is written, a few times its memory.
+    /// One file is written at a time: each takes a processor and, while it is written, a few times its
+    /// memory.
     writing: tokio::sync::Mutex<()>,
 }
 
 #[derive(Debug, Default)]
 struct Cache {
     by_key: HashMap<Key, Glb>,
-    /// Longest unused first.
+    /// Keys, least recently used first.
     order: VecDeque<Key>,
     bytes: usize,
 }
 
 impl Meshes {
-    /// What a robot uses, or what is in the cache; `None` where it is neither.
+    /// Returns the glTF of a mesh that a robot uses or that is in the cache; `None` for others.
     ///
     /// # Errors
-    /// If too many descriptions and files wait to be read.
+    /// Returns an error if too many descriptions and files wait to be read.
     pub async fn get(&self, handle: &SimHandle, key: Key) -> Result<Option<Glb>, CallError> {
         if let Some(cached) = self.cached(&key) {
             return Ok(Some(cached));
@@ -103,7 +105,7 @@ fn written(sha256: Sha256, ConvexMesh { vertices, triangles }: ConvexMesh) -> Gl
 }
 
 impl Cache {
-    /// What is larger than the cache is written anew each time.
+    /// Inserts a file; files larger than the cache are written each time.
     fn insert(&mut self, key: Key, glb: Glb) {
         let size = glb.size();
         if size > CAPACITY {
@@ -131,7 +133,7 @@ impl Glb {
     }
 }
 
-/// Fast rather than small: a client waits for it.
+/// Compresses fast rather than well: a client waits for it.
 fn compressed(bytes: &[u8]) -> Option<Vec<u8>> {
     if bytes.len() < WORTH_IT {
         return None;

@@ -1,9 +1,9 @@
-//! Answers to requests that carry an id, so that a retry is not done twice.
+//! Answers to requests with an id, so that a retry is not executed twice.
 //!
-//! An id is that of one caller and one kind of request. What was asked for is known by a digest: the same id with
-//! another request is refused, and never answered with what the first one got. Answers are kept as the bytes that
-//! they have on the wire. They are bounded by number, by bytes and by time; where there are too many, one of the
-//! caller that has the most goes, so that a flood by one caller leaves the answers of the others.
+//! An id belongs to one caller and one kind of request. A digest identifies the request: the same id with
+//! another request is refused, and never gets the first one's answer. Answers are kept as their bytes on the
+//! wire. They are bounded by number, bytes and time. At a bound, the caller with the most loses one, so that
+//! many requests of one caller leave the answers of the others.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, HashMap};
@@ -21,38 +21,40 @@ use super::{CallError, Peer, Scope, SimHandle};
 use crate::account::Account;
 use crate::info::DaemonLimits;
 
-/// What an answer takes beside its bytes and its id.
+/// Memory of an answer beside its bytes and its id, bytes.
 const ENTRY: usize = 512;
-/// Bytes of an id.
+/// Maximum length of an id, bytes.
 pub(crate) const MAX_ID: usize = 256;
 
-/// A request that may come again.
+/// A request that may arrive again.
 #[derive(Clone, Debug)]
 pub struct IdentifiedRequest {
-    /// Whose id it is.
+    /// Scope of the id.
     pub scope: Scope,
-    /// The kind of request, as the schema calls it.
+    /// Kind of request, as the schema names it.
     pub kind: &'static str,
-    /// As the caller gave it; not empty.
+    /// Id from the caller; not empty.
     pub id: String,
-    /// Of all that is asked for.
+    /// Digest of the whole request.
     pub digest: Sha256,
-    /// By what way it came, where no other caller can say the same.
+    /// Connection of the caller, if no other caller can claim to have it.
     pub peer: Option<Peer>,
-    /// The answer is given again by the way of the first request alone, whatever name the caller gives.
+    /// Whether the answer is repeated only over the connection of the first request, regardless of the
+    /// caller's name.
     pub is_secret: bool,
 }
 
-/// What work gave, as bytes that only the caller of [`SimHandle::once`] reads.
+/// Result of the work, as bytes that only the caller of [`SimHandle::once`] reads.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// An answer, or a refusal.
+    /// Answer or refusal.
     pub bytes: Result<Bytes, Bytes>,
-    /// A refusal that a retry may not get again (a full mailbox, a shutdown, a fault): nothing to remember.
+    /// Whether it is a refusal that a retry may not get (a full mailbox, a shutdown, a fault), and is not
+    /// remembered.
     pub is_transient: bool,
 }
 
-/// `None` until the work is done.
+/// Receives `None` until the work is done.
 type OutcomeReceiver = watch::Receiver<Option<Outcome>>;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -62,26 +64,26 @@ struct Key {
     id: String,
 }
 
-/// The answers to the last requests.
+/// Answers to the last requests.
 #[derive(Clone, Debug)]
 pub(super) struct AnswerCache {
-    /// Held for a look or a change of the map, never across the work.
+    /// Locked for a look or a change of the map, never across the work.
     entries: Arc<Mutex<Entries>>,
 }
 
 #[derive(Debug)]
 struct Entries {
-    /// How many requests are remembered, those under way included. Half of them may be under way for one caller: the
-    /// rest is for others.
+    /// Maximum number of remembered requests, including those in progress. One caller may have half of them
+    /// in progress: the rest is for others.
     limit: usize,
-    /// Bytes of all answers that are remembered, with what belongs to them.
+    /// Maximum bytes of all remembered answers, including overhead.
     max_weight: usize,
-    /// How long an answer is remembered.
+    /// Time for which an answer is remembered.
     kept_for: Duration,
     by_key: HashMap<Arc<Key>, Entry>,
-    /// Of callers that have an entry.
+    /// Shares of callers with entries.
     shares: HashMap<Scope, Share>,
-    /// Numbers answers in the order in which they were given.
+    /// Number of the last answer.
     answers: u64,
     /// Bytes of all entries.
     weight: usize,
@@ -91,9 +93,9 @@ struct Entries {
 struct Entry {
     request: IdentifiedRequest,
     outcome: OutcomeReceiver,
-    /// `None` while the work is under way.
+    /// `None` while the work is in progress.
     answered: Option<Answered>,
-    /// Bytes.
+    /// Size, bytes.
     weight: usize,
 }
 
@@ -103,14 +105,14 @@ struct Answered {
     at: Instant,
 }
 
-/// What one caller has of all entries.
+/// Share of one caller.
 #[derive(Debug, Default)]
 struct Share {
-    /// Requests whose work goes on.
+    /// Number of requests in progress.
     under_way: usize,
-    /// By the number of the answer, oldest first.
+    /// Answered requests by the number of the answer, oldest first.
     answered: BTreeMap<u64, Arc<Key>>,
-    /// Bytes.
+    /// Size, bytes.
     weight: usize,
 }
 
@@ -128,14 +130,14 @@ impl AnswerCache {
         Self { entries: Arc::new(Mutex::new(entries)) }
     }
 
-    /// Does the work, or gives the answer that the same request got before. Work runs to its end and is remembered
-    /// even if its caller goes away: the retry comes for that answer. Work that this caller may not have done, for
-    /// the error that stands in its place, is not begun, and nothing is remembered of it: another may send the same
+    /// Executes the work, or returns the earlier answer to the same request. Work runs to its end and is
+    /// remembered even if its caller disconnects: the retry needs that answer. If `work` is an error, the
+    /// caller may not have it done. Then nothing is executed or remembered: another caller may send the same
     /// request and be allowed to.
     ///
     /// # Errors
-    /// Returns an error if the id is too long, was that of another request, or its answer is for another connection; where the
-    /// work is not allowed; and where too many requests are under way.
+    /// Returns an error if the id is too long, was used for another request, or its answer belongs to another
+    /// connection. Also if the work is not allowed, or too many requests are in progress.
     pub(super) async fn once<W>(
         &self,
         request: IdentifiedRequest,
@@ -162,7 +164,7 @@ impl AnswerCache {
         })
     }
 
-    /// Where the answer is or will be; starts the work where there is neither.
+    /// Returns the receiver of the answer; starts the work if the request is new.
     fn find_or_begin<W>(
         &self,
         request: IdentifiedRequest,
@@ -184,7 +186,7 @@ impl AnswerCache {
 
         let unanswered = Unanswered { cache: self.clone(), key };
         let task = async move {
-            // In this order, so that where the work panics its request is forgotten before a caller learns of it.
+            // In this order, so that if the work panics its request is forgotten before a caller notices.
             let (sender, unanswered) = (sender, unanswered);
             let outcome = work.await;
             if outcome.is_transient {
@@ -198,7 +200,7 @@ impl AnswerCache {
         Ok(receiver)
     }
 
-    /// Forgets answers that are too old. Work that is under way is waited for.
+    /// Forgets answers that are too old. Work in progress is kept.
     pub(super) fn tidy(&self, now: Instant) {
         let mut entries = self.lock();
         let kept_for = entries.kept_for;
@@ -212,7 +214,7 @@ impl AnswerCache {
         }
     }
 
-    /// Bytes of all that is remembered.
+    /// Returns the bytes of all remembered answers.
     #[cfg(any(test, feature = "testing"))]
     pub(super) fn weight(&self) -> usize {
         self.lock().weight
@@ -224,7 +226,7 @@ impl AnswerCache {
 }
 
 impl Entry {
-    /// Whether the answer is that to `request`.
+    /// Checks that the answer belongs to `request`.
     fn check(&self, request: &IdentifiedRequest) -> Result<(), CallError> {
         let reused =
             |how: &str| Err(CallError::RequestIdReused { id: request.id.clone(), how: how.to_owned() });
@@ -242,7 +244,7 @@ impl Entry {
 }
 
 impl Entries {
-    /// Makes an entry for work that begins, and room for it.
+    /// Makes an entry for new work, and room for it.
     fn begin(
         &mut self,
         key: &Arc<Key>,
@@ -272,7 +274,7 @@ impl Entries {
         Ok(())
     }
 
-    /// Keeps the answer to a request that was under way, and forgets others where all take too much memory.
+    /// Stores the answer to a request in progress, and forgets others if all exceed the limit of memory.
     fn answered(&mut self, key: &Arc<Key>, bytes: usize) {
         let (Some(entry), Some(share)) = (self.by_key.get_mut(key), self.shares.get_mut(&key.scope)) else {
             return;
@@ -288,8 +290,8 @@ impl Entries {
         while self.weight > self.max_weight && self.evict(|share| share.weight, Some(number)) {}
     }
 
-    /// Forgets the oldest answer of the caller that has the most; of two that have as much, the older one. Says
-    /// whether there was one.
+    /// Forgets the oldest answer of the caller with the most; in a tie, the older answer. Returns whether
+    /// there was one.
     fn evict(&mut self, size: impl Fn(&Share) -> usize, except: Option<u64>) -> bool {
         let oldest = |share: &Share| {
             let (number, key) = share.answered.iter().find(|(number, _key)| Some(**number) != except)?;
@@ -317,7 +319,7 @@ impl Entries {
     }
 }
 
-/// Work that is under way. Forgets its request where it gives nothing to remember, also where it panics.
+/// Work in progress. If it has no result to remember or panics, its request is forgotten.
 struct Unanswered {
     cache: AnswerCache,
     key: Arc<Key>,
@@ -340,12 +342,12 @@ impl Drop for Unanswered {
 }
 
 impl SimHandle {
-    /// Does the work of a request, or gives the answer that the same request got before, also where this caller
+    /// Executes the work of a request, or returns the earlier answer to the same request, even if this caller
     /// may not have the work done.
     ///
     /// # Errors
-    /// Returns an error if its id was that of another request, where too many are under way, and where the work is not allowed;
-    /// what the work gives is in the outcome.
+    /// Returns an error if its id was used for another request, too many are in progress, or the work is not
+    /// allowed. Errors of the work itself are in the outcome.
     pub async fn once<W>(
         &self,
         request: IdentifiedRequest,

@@ -1,7 +1,8 @@
-//! Whose saved states, parameters and markers are, and who may replace or take them away.
+//! Owners of saved states, parameters and markers, and the right to replace or delete these.
 //!
-//! What was made with a claim is its holder's as long as the claim holds. What was made with a token is its owner's as
-//! long as it is there. All else is everybody's: without tokens one caller looks like another.
+//! Objects made with a claim belong to its holder while the claim is active. Objects made with a token belong
+//! to its owner while the token exists. All others belong to everybody: without tokens, callers cannot be
+//! distinguished.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -14,24 +15,24 @@ use super::{CallError, Done, SimHandle};
 use crate::account::Account;
 use crate::driver::Sender;
 
-/// Who made something.
+/// Owner of an object.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Owner {
     account: Account,
-    /// As it calls itself.
+    /// Name of the client, as it calls itself.
     client: Sender,
-    /// That it was made with.
+    /// Claim that it was made with.
     claim: Option<ClaimId>,
 }
 
 impl Owner {
-    /// Whom what it made counts for.
+    /// Returns the account that its objects count for.
     pub(super) fn account(&self) -> &Account {
         &self.account
     }
 }
 
-/// The name of a token; else that of the client, and where it comes from. Empty for the daemon itself.
+/// Writes the name of the token, otherwise the client's name and address. Empty for the daemon itself.
 impl fmt::Display for Owner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (&self.account, &self.client) {
@@ -44,12 +45,12 @@ impl fmt::Display for Owner {
     }
 }
 
-/// The owners of saved states, by their names.
+/// Owners of saved states, by name.
 #[derive(Debug, Default)]
 pub(super) struct SavedStateOwners {
-    /// Held from the look at an owner until the state is another's.
+    /// Held from the check of an owner until the state has changed.
     changing: tokio::sync::Mutex<()>,
-    /// Held for a look or a change.
+    /// Locked for a look or a change.
     by_name: Mutex<BTreeMap<String, Owner>>,
 }
 
@@ -58,7 +59,7 @@ impl SavedStateOwners {
         self.by_name.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned()
     }
 
-    /// How many a client has beside the one of this name.
+    /// Returns how many states a client has, not counting this name.
     fn count_beside(&self, name: &str, account: &Account) -> usize {
         let by_name = self.by_name.lock().unwrap_or_else(PoisonError::into_inner);
         by_name.iter().filter(|(other, owner)| other.as_str() != name && owner.account == *account).count()
@@ -66,18 +67,18 @@ impl SavedStateOwners {
 }
 
 impl SimHandle {
-    /// The same for who takes over what is another's, where the caller has found that it may.
+    /// Returns a handle that may take over objects of others; the caller has verified that right.
     #[must_use]
     pub fn taking_over(&self, takes_over: bool) -> Self {
         Self { takes_over, ..self.clone() }
     }
 
-    /// Whom what this handle makes belongs to.
+    /// Returns the owner of objects that this handle makes.
     pub(super) fn owner(&self) -> Owner {
         Owner { account: self.account.clone(), client: self.sender.clone(), claim: self.claim }
     }
 
-    /// Whether this handle may replace or take away what an owner made.
+    /// Returns whether this handle may replace or delete an owner's object.
     pub(super) fn owns(&self, owner: &Owner) -> bool {
         let is_claimed = owner.claim.is_some_and(|claim| self.inner.leases.holds(claim));
         let is_of_token = matches!(owner.account, Account::Token(_)) && self.account != Account::Process;
@@ -85,7 +86,7 @@ impl SimHandle {
             || !(is_claimed && self.claim != owner.claim || is_of_token && self.account != owner.account)
     }
 
-    /// Refuses who does not own `what`.
+    /// Refuses callers that do not own `what`.
     pub(super) fn check_owner(&self, what: impl FnOnce() -> String, owner: &Owner) -> Result<(), CallError> {
         match self.owns(owner) {
             true => Ok(()),
@@ -93,13 +94,13 @@ impl SimHandle {
         }
     }
 
-    /// Whose a saved state is.
+    /// Returns the owner of a saved state.
     pub fn saved_state_owner(&self, name: &str) -> Option<Owner> {
         self.inner.saved_state_owners.get(name)
     }
 
-    /// Keeps, replaces or forgets a saved state, if it is the caller's to do. A task of its own, so that a caller who
-    /// goes away leaves no state without its owner.
+    /// Saves, replaces or forgets a saved state, if the caller may. A separate task, so that no state is left
+    /// without its owner if the caller disconnects.
     pub(super) async fn change_saved_state(&self, command: Command) -> Result<Done, CallError> {
         let changed = tokio::spawn(self.clone().change_saved_state_alone(command)).await;
         changed.map_err(|error| CallError::Internal { message: error.to_string() })?
@@ -129,7 +130,7 @@ impl SimHandle {
             self.check_share("the number of saved states", count, limits.saved_states_of_client)?;
         }
         let done = self.post(command).await?;
-        // Those of states that are gone go too.
+        // Owners of deleted states are removed too.
         let newest = self.newest();
         let mut by_name = owners.by_name.lock().unwrap_or_else(PoisonError::into_inner);
         by_name.retain(|name, _| newest.state.saved(name).is_ok());

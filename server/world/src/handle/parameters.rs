@@ -1,5 +1,5 @@
-//! Sliders and buttons that programs put up and people move: no part of the
-//! world, so that no step, reset or saved state knows of them.
+//! Sliders and buttons that programs add and people move. They are not part of the world: steps, resets and
+//! saved states do not include them.
 
 mod share;
 
@@ -11,39 +11,39 @@ use tokio::sync::Notify;
 
 use super::{CallError, JointBinding, Owner, SimHandle};
 
-/// Longest name, in bytes.
+/// Maximum length of a name, bytes.
 const MAX_NAME: usize = 256;
 
-/// Something to move or to press.
+/// A slider or a button.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Unique; 1 to 256 bytes of visible characters.
+    /// Unique name; 1 to 256 bytes of visible characters.
     pub name: Arc<str>,
-    /// What it is, and where it stands.
+    /// Kind and value.
     pub kind: ParameterKind,
-    /// Of the list when it last changed.
+    /// Version of the list at its last change.
     pub version: u64,
-    /// Who put it up.
+    /// Client that added it.
     pub owner: Owner,
-    /// Of a slider: the joint whose target it sets.
+    /// Joint whose target it sets, for a slider.
     pub binding: Option<Arc<JointBinding>>,
 }
 
-/// What a parameter is, and where it stands.
+/// Kind and value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterKind {
-    /// A number between two others.
+    /// A number in a range.
     Slider {
-        /// Finite.
+        /// Lower end, finite.
         minimum: f64,
-        /// Finite, above `minimum`.
+        /// Upper end, finite and above `minimum`.
         maximum: f64,
-        /// Not beyond either.
+        /// Value within the range.
         value: f64,
     },
-    /// Something to press.
+    /// A button.
     Button {
-        /// How often it was.
+        /// Number of presses.
         presses: u64,
     },
 }
@@ -51,20 +51,20 @@ pub enum ParameterKind {
 /// All parameters, in the order in which they were added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterList {
-    /// 1 before anything was added; grows with every change.
+    /// Version: 1 for the initial empty list; grows with every change.
     pub version: u64,
-    /// What there is.
+    /// Parameters.
     pub parameters: Vec<Parameter>,
 }
 
-/// What adding does where the name is taken.
+/// Behaviour of an addition if the name is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NameTaken {
-    /// Refuse.
+    /// Refuses the addition.
     Refuse,
-    /// Replace the old one.
+    /// Replaces the old parameter.
     Replace,
-    /// Add `_1`, `_2`, ... to the name.
+    /// Appends `_1`, `_2`, ... to the name.
     Rename,
 }
 
@@ -73,31 +73,31 @@ pub enum NameTaken {
 pub enum ParameterChange {
     /// Moves a slider.
     Move {
-        /// Its name.
+        /// Name of the slider.
         name: String,
-        /// Within its range.
+        /// New value, within its range.
         value: f64,
     },
     /// Presses a button.
     Press {
-        /// Its name.
+        /// Name of the button.
         name: String,
-        /// How often.
+        /// Number of presses.
         times: u64,
     },
 }
 
-/// All parameters, for any number of readers and writers; newest wins.
+/// All parameters, for any number of readers and writers; the newest list wins.
 #[derive(Debug)]
 pub(super) struct Parameters {
-    /// Held for a look or a change, never across a wait.
+    /// Locked for a look or a change, never across a wait.
     newest: Mutex<Arc<ParameterList>>,
     changed: Notify,
     limit: usize,
 }
 
 impl Parameters {
-    /// None yet, and never more than `limit`.
+    /// Makes an empty list for at most `limit` parameters.
     pub(super) fn new(limit: u32) -> Self {
         let none = ParameterList { version: 1, parameters: Vec::new() };
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
@@ -108,11 +108,11 @@ impl Parameters {
         self.lock().clone()
     }
 
-    /// The list once it is not of this version. Another and not a newer one: a
-    /// version from before a restart of the daemon may lie ahead.
+    /// Returns the list once its version differs from this one. It need not be newer: a version from before a
+    /// restart of the daemon may be larger.
     async fn other_than(&self, version: u64) -> Arc<ParameterList> {
         loop {
-            // Made before the look, so that a change between look and wait wakes it.
+            // Created before the look, so that a change in between wakes it.
             let changed = self.changed.notified();
             let newest = self.newest();
             if newest.version != version {
@@ -122,7 +122,8 @@ impl Parameters {
         }
     }
 
-    /// Changes a copy, which becomes the list where the change says so: all of it or nothing.
+    /// Changes a copy, which becomes the list if the change succeeds and reports a difference: all of it or
+    /// nothing.
     fn change<T>(
         &self,
         change: impl FnOnce(&mut ParameterList) -> Result<(T, bool), CallError>,
@@ -144,13 +145,12 @@ impl Parameters {
 }
 
 impl SimHandle {
-    /// All parameters, at once.
+    /// Returns all parameters, at once.
     pub fn parameters(&self) -> Arc<ParameterList> {
         self.inner.parameters.newest()
     }
 
-    /// All parameters once their version is another than `version`; after
-    /// `timeout`, those that there are.
+    /// Returns all parameters once their version differs from `version`; after `timeout`, the present ones.
     ///
     /// # Errors
     /// Returns an error if the daemon drains before that, or the driver failed.
@@ -167,12 +167,13 @@ impl SimHandle {
         }
     }
 
-    /// Puts up a slider or a button. A slider's value beyond its range becomes the
-    /// nearest end of it. Answers with what it is now.
+    /// Adds a slider or a button. A slider's value beyond its range becomes the nearest end. Returns the
+    /// parameter as it is now.
     ///
     /// # Errors
-    /// Returns an error if the name cannot be or is taken, also by another's parameter that would be replaced, where a number is not
-    /// finite or the range is empty, and where there are as many as there may be, in all or of this client.
+    /// Returns an error if the name is invalid or taken, or belongs to another owner's parameter that would
+    /// be replaced. Also if a number is not finite, the range is empty, or there are too many parameters, in
+    /// total or of this client.
     pub fn add_parameter(
         &self,
         name: &str,
@@ -205,7 +206,7 @@ impl SimHandle {
                 }
                 (found, _) => found.is_some(),
             };
-            // Before a name is looked for, for which all others wait.
+            // Checked before the search for a name, for which all others wait.
             if list.parameters.len() >= limit {
                 return Err(CallError::LimitExceeded {
                     what: "the number of parameters".into(),
@@ -218,12 +219,11 @@ impl SimHandle {
         })
     }
 
-    /// Moves sliders and presses buttons: all or none, and without the joints that sliders are bound to. Answers with those that
-    /// were named, as they are now. To move a slider to where it is changes nothing.
+    /// Moves sliders and presses buttons: all or none, without setting targets of bound joints. Returns the
+    /// named parameters as they are now. Moving a slider to its present value changes nothing.
     ///
     /// # Errors
-    /// Returns an error if there is no such parameter, where it is of the other kind, and where a
-    /// value lies beyond the range.
+    /// Returns an error if a parameter does not exist or has the other kind, or a value is out of range.
     pub fn set_parameters(&self, changes: &[ParameterChange]) -> Result<Vec<Parameter>, CallError> {
         self.inner.parameters.change(|list| {
             let version = list.version;
@@ -243,11 +243,11 @@ impl SimHandle {
         })
     }
 
-    /// Takes parameters down, all that are not another's where none is named. Answers with the
-    /// names of those that are gone.
+    /// Deletes parameters; without names, all that belong to no other owner. Returns the names of the deleted
+    /// ones.
     ///
     /// # Errors
-    /// Returns an error if there is no parameter of one of the names, or it is another's; then none is gone.
+    /// Returns an error if one does not exist, or belongs to another owner; then none is deleted.
     pub fn remove_parameters(&self, names: &[String]) -> Result<Vec<String>, CallError> {
         self.inner.parameters.change(|list| {
             if names.is_empty() {
@@ -271,10 +271,10 @@ impl SimHandle {
 }
 
 impl ParameterList {
-    /// The parameter of that name.
+    /// Finds a parameter by its name.
     ///
     /// # Errors
-    /// Returns an error if there is none.
+    /// Returns an error if it does not exist.
     pub fn find(&self, name: &str) -> Result<&Parameter, CallError> {
         self.parameters.iter().find(|it| &*it.name == name).ok_or_else(|| self.not_found(name))
     }
@@ -292,9 +292,10 @@ impl ParameterList {
         CallError::ParameterNotFound { name: name.to_owned(), known }
     }
 
-    /// A taken name with the smallest number that makes it free.
+    /// Returns a taken name with the smallest number that makes it free.
     fn free_name(&self, name: &str) -> Result<String, CallError> {
-        // Once through all names: thousands may have one and its numbers, of which one up to their count is free.
+        // One pass through all names: thousands may have this name with a number, and a number up to their
+        // count is free.
         let mut taken = vec![false; self.parameters.len() + 1];
         for number in self.parameters.iter().filter_map(|it| number_of(&it.name, name)) {
             if let Some(taken) = taken.get_mut(number) {
@@ -308,7 +309,7 @@ impl ParameterList {
     }
 }
 
-/// The number after a name and an underscore, as it is written there; 0 is none.
+/// Returns the number after a name and an underscore, written without leading zeros; 0 counts as none.
 fn number_of(other: &str, name: &str) -> Option<usize> {
     let number = other.strip_prefix(name)?.strip_prefix('_')?;
     let is_plain = number.starts_with(|first: char| ('1'..='9').contains(&first));
@@ -323,7 +324,7 @@ impl ParameterChange {
     }
 }
 
-/// People read names, in terminals too.
+/// Checks a name, which people read, in terminals too.
 fn check_name(name: &str) -> Result<(), CallError> {
     let refuse = |value: String, expected: &str| {
         let (element, expected) = ("parameter.name".into(), expected.into());
@@ -338,7 +339,7 @@ fn check_name(name: &str) -> Result<(), CallError> {
     Ok(())
 }
 
-/// With the value within the range.
+/// Returns the kind with its value within the range.
 fn checked(name: &str, kind: ParameterKind) -> Result<ParameterKind, CallError> {
     let ParameterKind::Slider { minimum, maximum, value } = kind else { return Ok(kind) };
     let refuse = |what: &str, number: f64, expected: String| CallError::InvalidValue {
@@ -357,7 +358,7 @@ fn checked(name: &str, kind: ParameterKind) -> Result<ParameterKind, CallError> 
     Ok(ParameterKind::Slider { minimum, maximum, value: value.clamp(minimum, maximum) })
 }
 
-/// What a parameter is after the change at this index of a request.
+/// Returns a parameter after the change at this index of a request.
 pub(super) fn checked_change(
     parameter: &Parameter,
     change: &ParameterChange,

@@ -1,4 +1,4 @@
-//! Recordings: which is being made, which there are.
+//! The running recording, and the recordings on the disk.
 
 use std::sync::Arc;
 
@@ -10,16 +10,18 @@ use crate::driver::{Event, RecorderQueueEnd};
 use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingSources, Running};
 
 impl SimHandle {
-    /// Begins a recording: the whole world as it is then, and all that happens from then on.
+    /// Starts a recording: the whole present world, and everything from then on.
     ///
     /// # Errors
-    /// Returns an error if no folder is configured, another recording is being made, the name is taken or the file cannot be made.
+    /// Returns an error if no folder is configured, another recording runs, the name is taken, or the file
+    /// cannot be created.
     pub async fn start_recording(
         &self,
         request: RecordingRequest,
     ) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
-        // A task of its own, so that a caller who goes away leaves no recording without an owner. It counts for that caller.
+        // A separate task, so that no recording is left without an owner if the caller disconnects. It counts
+        // for that caller.
         let begin = Account::current().scope(self.clone().begin_recording(request));
         tokio::spawn(begin).await.map_err(|error| CallError::Internal { message: error.to_string() })?
     }
@@ -49,10 +51,11 @@ impl SimHandle {
         Ok((self.recording(name.to_string()).await?, at))
     }
 
-    /// Ends the recording of this name, or whichever is being made where it is empty; answers when its file is complete.
+    /// Stops the recording with this name; an empty name means the running one. Returns when its file is
+    /// complete.
     ///
     /// # Errors
-    /// Returns an error if none of that name is being made.
+    /// Returns an error if no recording with that name runs.
     pub async fn stop_recording(&self, name: &str) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
         let guard = self.inner.recording_lock.lock().await;
@@ -68,35 +71,35 @@ impl SimHandle {
         Ok((self.recording(running.name.to_string()).await?, at))
     }
 
-    /// Returns once no recording is being made, which an ending driver sees to.
+    /// Waits until no recording runs, which the end of the driver ensures.
     pub async fn recording_ended(&self) {
         if let Some(running) = self.inner.recordings.running() {
             running.done.cancelled().await;
         }
     }
 
-    /// All of them, by name.
+    /// Returns all recordings, by name.
     ///
     /// # Errors
-    /// Returns an error if there is no folder, or it cannot be read.
+    /// Returns an error if no folder is configured, or it cannot be read.
     pub async fn recordings(&self) -> Result<Vec<RecordingInfo>, CallError> {
         let recordings = self.inner.recordings.clone();
         self.loader().off_thread(move || recordings.list()).await?
     }
 
-    /// One of them.
+    /// Returns a recording by its name.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording.
+    /// Returns an error if the recording does not exist.
     pub async fn recording(&self, name: String) -> Result<RecordingInfo, CallError> {
         let recordings = self.inner.recordings.clone();
         self.loader().off_thread(move || recordings.find(&name)).await?
     }
 
-    /// One of them, and what is in its files.
+    /// Returns a recording, and the contents of its files.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording, or it cannot be read.
+    /// Returns an error if the recording does not exist, or cannot be read.
     pub async fn recording_contents(
         &self,
         name: String,
@@ -107,14 +110,14 @@ impl SimHandle {
             let contents = recordings.contents(&info, &|| cancelled.is_set())?;
             Ok((info, contents))
         };
-        // All of its files are read: loading robots does not wait for that.
+        // It reads whole files: loading robots does not wait for that.
         self.inner.recording_looks.run(self.loader().threads(), look).await?
     }
 
-    /// A part of one of its files, of at most so many bytes, and the size of that file.
+    /// Returns a part of a recording's file, of at most `most` bytes, and the size of that file.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording or file.
+    /// Returns an error if the recording or the file does not exist.
     pub async fn read_recording(
         &self,
         name: String,
@@ -126,10 +129,10 @@ impl SimHandle {
         self.loader().off_thread(move || recordings.read(&name, &file, offset, most)).await?
     }
 
-    /// Deletes its files.
+    /// Deletes the files of a recording.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording, or it is being made.
+    /// Returns an error if the recording does not exist, or runs.
     pub async fn delete_recording(&self, name: String) -> Result<(), CallError> {
         self.check_robots(None)?;
         let recordings = self.inner.recordings.clone();

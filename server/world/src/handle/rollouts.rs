@@ -1,10 +1,10 @@
-//! Rollouts: copies of the world, computed on threads that give way to the physics thread, for those who asked as long as they
-//! are there.
+//! Rollouts: copies of the world, computed on threads of low priority while their callers wait.
 //!
-//! A rollout is computed in slices of some milliseconds, of as many threads as there are processors, and of one less while the
-//! world follows the wall clock: two rollouts that are computed at one time share them, and what else these threads are for
-//! runs between slices. A slice ends in the midst of copies, which the next one goes on with. Two are of two clients: one client has
-//! one rollout computed at a time, so that its long ones do not keep all others waiting.
+//! A rollout is computed in slices of some milliseconds. It has as many threads as processors, and one less
+//! while the world follows the wall clock. Two simultaneous rollouts share the threads, and other work of
+//! these threads runs between slices. A slice may end within copies, which the next one continues. The two
+//! belong to different clients: each client has one rollout computed at a time. So its long ones do not keep
+//! all others waiting.
 
 mod job;
 
@@ -24,21 +24,21 @@ use crate::driver::{Event, Pace, Published};
 use crate::fair_permits::FairPermits;
 use crate::info::DaemonLimits;
 
-/// Rollouts that are computed at one time.
+/// Maximum number of rollouts computed at one time.
 const ROLLOUTS: usize = 2;
-/// Answers of the largest size that are kept until their callers have read them.
+/// Number of largest answers that are kept until their callers have read them.
 const ANSWERS: u64 = 4;
-/// Of a permit of memory.
+/// Size of a permit of memory, bytes.
 const KIBIBYTE: u64 = 1024;
-/// Steps of copies, for each second that a rollout may take, at the most: a thread does a few million of an arm's.
+/// Maximum steps of copies for each permitted second of a rollout: a thread makes a few million of an arm's.
 const STEPS_A_SECOND: u64 = 100_000_000;
 
-/// What rollouts share.
+/// Shared state of rollouts.
 #[derive(Debug)]
 pub(super) struct RolloutWork {
     permits: FairPermits,
     compute_permits: ComputePermits,
-    /// A permit for each KiB of answers.
+    /// Permits for answers, one per KiB.
     room: Arc<Semaphore>,
 }
 
@@ -57,14 +57,14 @@ impl RolloutWork {
     }
 }
 
-/// Permits to compute: as many at a time as there are processors, and one less while the world follows the wall clock.
+/// Permits to compute: as many as processors, and one less while the world follows the wall clock.
 ///
-/// Threads of low priority give way to the physics thread, though not at once under each scheduler. Where a processor is free of
-/// rollouts, the physics thread need not wait for that.
+/// Threads of low priority yield to the physics thread, but not immediately with each scheduler. With a
+/// processor free of rollouts, the physics thread need not wait for that.
 #[derive(Debug)]
 struct ComputePermits {
     always: Arc<Semaphore>,
-    /// None where there is only one processor.
+    /// The last permit; none with only one processor.
     spare: Arc<Semaphore>,
     threads: usize,
 }
@@ -77,7 +77,7 @@ impl ComputePermits {
         Self { always: semaphore(always), spare: semaphore(threads - always), threads }
     }
 
-    /// A permit, once there is one; `leaves_one` of those that there are is not given.
+    /// Waits for a permit; with `leaves_one`, one permit stays unused.
     async fn next(&self, leaves_one: bool) -> Result<OwnedSemaphorePermit, CallError> {
         let spare = || Arc::clone(&self.spare).try_acquire_owned().ok();
         if let Some(permit) = (!leaves_one).then(spare).flatten() {
@@ -87,43 +87,43 @@ impl ComputePermits {
     }
 }
 
-/// Where copies start.
+/// Start of the copies.
 #[derive(Clone, Debug)]
 pub enum RolloutFrom {
-    /// The world as it is.
+    /// The present world.
     Present,
-    /// A saved state of this name.
+    /// The saved state with this name.
     Saved(String),
 }
 
-/// The moment at which copies start.
+/// Moment at which copies start.
 #[derive(Clone, Debug)]
 pub enum RolloutStart {
-    /// Of this state.
+    /// Moment of this state.
     Published(Arc<Published>),
-    /// Of a saved state.
+    /// Moment of a saved state.
     Saved(Moment),
 }
 
-/// A rollout that is computed as long as this is kept.
+/// A rollout in progress, which dropping this cancels.
 #[derive(Debug)]
 struct Running {
     handle: SimHandle,
     job: Arc<Job>,
 }
 
-/// What a rollout gave.
+/// Result of a rollout.
 #[derive(Debug)]
 pub struct RolloutAnswer {
-    /// How many numbers there are.
+    /// Dimensions of the arrays.
     pub shape: Shape,
-    /// Of the state where the copies started.
+    /// Fingerprint of the state where the copies started.
     pub fingerprint: u64,
-    /// Where the copies started.
+    /// Start of the copies.
     pub start: RolloutStart,
-    /// In the order of the copies.
+    /// Results of batches, in the order of the copies.
     pub batches: Vec<BatchResult>,
-    /// Seconds of processor time that it took.
+    /// Processor time, seconds.
     pub seconds: f64,
     _room: OwnedSemaphorePermit,
 }
@@ -135,10 +135,10 @@ impl Drop for Running {
 }
 
 impl Running {
-    /// What each batch came to.
+    /// Returns the result of each batch.
     ///
     /// # Errors
-    /// Returns an error if it takes longer than a rollout may, and where the daemon drains.
+    /// Returns an error if it exceeds the permitted time of a rollout, or the daemon drains.
     async fn compute(&self) -> Result<Vec<BatchResult>, CallError> {
         let threads = self.handle.inner.rollouts.compute_permits.threads.min(self.job.rollout.batches());
         try_join_all((0..threads).map(|_| self.slices())).await?;
@@ -158,7 +158,7 @@ impl Running {
         })
     }
 
-    /// One slice after the other, until there is nothing left to begin.
+    /// Runs slices one after the other, until none is left to begin.
     async fn slices(&self) -> Result<(), CallError> {
         loop {
             let permit =
@@ -176,7 +176,8 @@ impl Running {
     }
 }
 
-/// Refuses what no machine computes in the seconds that a rollout may take: now, and not when they are over.
+/// Refuses a rollout that no machine completes in the permitted seconds: at once, and not after those
+/// seconds.
 fn check_steps(request: &RolloutRequest, seconds: u64) -> Result<(), CallError> {
     let value = (request.copies as u64).saturating_mul(request.steps);
     let limit = seconds.max(1).saturating_mul(STEPS_A_SECOND);
@@ -188,17 +189,17 @@ fn check_steps(request: &RolloutRequest, seconds: u64) -> Result<(), CallError> 
 }
 
 impl SimHandle {
-    /// Whether the world plays, and its steps are due at some time of the wall clock.
+    /// Returns whether the world plays with a pace.
     fn follows_wall_clock(&self) -> bool {
         let statistics = self.newest().statistics;
         statistics.state == RunState::Playing && matches!(statistics.pace, Pace::RealTime { .. })
     }
 
-    /// Does a rollout, once its caller has a permit. Dropping the future ends it.
+    /// Runs a rollout, once its caller has a permit. Dropping the future cancels it.
     ///
     /// # Errors
-    /// Returns an error if too many wait, where the request names what is not there or asks for too much, where it takes too long, and where
-    /// the daemon drains.
+    /// Returns an error if too many wait, the request has unknown names or exceeds a limit, it takes too
+    /// long, or the daemon drains.
     pub async fn rollout(
         &self,
         from: RolloutFrom,
@@ -221,7 +222,7 @@ impl SimHandle {
         };
         let limits = &self.inner.info.limits;
         let most_bytes = limits.rollout_bytes;
-        // The permit is with who computes: it outlasts a caller that leaves.
+        // The computing thread holds the permit, longer than a caller that disconnects.
         let plan = self.loader().threads().run(move || (Rollout::new(saved, request, most_bytes), permit));
         let (rollout, permit) =
             plan.await.map_err(|error| CallError::Internal { message: error.to_string() })?;
@@ -249,7 +250,7 @@ mod tests {
 
     use super::*;
 
-    /// Permits that are given at once.
+    /// Takes the permits that are available at once.
     fn given(permits: &ComputePermits, leaves_one: bool) -> Vec<OwnedSemaphorePermit> {
         let mut all = Vec::new();
         while let Some(permit) = permits.next(leaves_one).now_or_never() {

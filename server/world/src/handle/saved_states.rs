@@ -1,4 +1,4 @@
-//! Saved states to files and from them.
+//! Saved states in files.
 
 use std::sync::Arc;
 
@@ -11,10 +11,10 @@ use super::{CallError, Done, SimHandle};
 use crate::driver::Event;
 
 impl SimHandle {
-    /// Writes a saved state into a file, which is kept as an upload is; gives its hash and size.
+    /// Writes a saved state into a file, which is stored like an upload; returns its hash and size.
     ///
     /// # Errors
-    /// Returns an error if there is no such state, and where the file would be larger than an upload may be.
+    /// Returns an error if the state does not exist, or the file would exceed the limit of uploads.
     pub async fn export_saved_state(&self, name: String) -> Result<(Sha256, u64), CallError> {
         let (sha256, file) = self.saved_state_file(&name).await?;
         let size = file.len() as u64;
@@ -30,22 +30,23 @@ impl SimHandle {
         self.loader().write_saved_state(info.name, saved).await
     }
 
-    /// The present state of the world as a file, in which it is called `name`; with the sequence of the published state of
-    /// that moment. No saved state is made: clients may have all that there may be, and that name too.
+    /// Returns the sequence of the present published state, and the state as a file, in which it is called
+    /// `name`. No saved state is made: clients may have used up their limit, or use that name.
     ///
     /// # Errors
-    /// Returns an error if the file would be larger than an upload may be, and where the driver ended.
+    /// Returns an error if the file would exceed the limit of uploads, or the driver has ended.
     pub async fn present_state_file(&self, name: &str) -> Result<(u64, Arc<[u8]>), CallError> {
         let (saved, published) = self.ask(|reply| Event::WholeState { reply }).await?;
         let (_, file) = self.loader().write_saved_state(name.to_owned(), saved).await?;
         Ok((published.sequence, file))
     }
 
-    /// Makes the state in a file the present one. It is kept for that moment alone, under this name, and the limit of clients'
-    /// saved states does not count it: before there are clients, the world has room for one.
+    /// Restores the state in a file. It is kept under this name only for that moment, and the limit of
+    /// clients' saved states does not count it. Before there are clients, the world has room for one.
     ///
     /// # Errors
-    /// Returns an error if the file is not a saved state or is damaged, and where its robots cannot be read as they were.
+    /// Returns an error if the file is not a saved state or is damaged, or its robots cannot be read as they
+    /// were.
     pub async fn restore_at_start(&self, file: Bytes, name: &str) -> Result<Done, CallError> {
         let (name, saved) = self.loader().read_saved_state(file, name.to_owned()).await?;
         self.post(Command::ImportSavedState { name: name.clone(), saved }).await?;
@@ -54,11 +55,11 @@ impl SimHandle {
         restored
     }
 
-    /// Keeps the state that is in an uploaded file, under this name or, where it is empty, under the
-    /// one that it had.
+    /// Imports the saved state in an uploaded file under this name; an empty name keeps its old one.
     ///
     /// # Errors
-    /// Returns an error if the file was not uploaded, is not a saved state or is damaged, and where its robots cannot be read as they were.
+    /// Returns an error if the file was not uploaded, is not a saved state, or is damaged. Also if its robots
+    /// cannot be read as they were.
     pub async fn import_saved_state(
         &self,
         sha256: Sha256,

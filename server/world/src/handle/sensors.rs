@@ -1,4 +1,4 @@
-//! What sensors there are, and what they measured.
+//! Sensors and their readings.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,59 +10,59 @@ use simd_core::simulation::sensors::WorldSensor;
 use super::{CallError, Published, SimHandle};
 use crate::driver::ReadingBatch;
 
-/// Bytes of the newest readings in one answer.
+/// Maximum bytes of the newest readings in one answer.
 const MOST_NEWEST_BYTES: u64 = 32 << 20;
-/// Bytes of the readings that came since, in one answer; each sensor has its part.
+/// Maximum bytes of following readings in one answer, shared equally by the sensors.
 const MOST_NEXT_BYTES: usize = 4 << 20;
-/// Sensors whose readings are followed by one call.
+/// Maximum number of sensors that one call follows.
 pub const MOST_FOLLOWED: usize = 64;
 
-/// Some sensors of a robot; none named is all of them.
+/// Sensors of a robot; an empty list means all of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SensorSelection {
-    /// Its name.
+    /// Name of the robot.
     pub robot: String,
-    /// Their names.
+    /// Names of the sensors.
     pub sensors: Vec<String>,
 }
 
-/// From where on a caller wants a sensor's readings.
+/// Position of a caller in a sensor's readings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SensorCursor {
-    /// Its robot.
+    /// Name of the robot.
     pub robot: String,
-    /// Its name.
+    /// Name of the sensor.
     pub sensor: String,
-    /// The number of the reading before those that are wanted.
+    /// Number of the last reading before the wanted ones.
     pub after: u64,
 }
 
 /// Readings of one sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorReadings {
-    /// Its robot.
+    /// Name of the robot.
     pub robot: String,
-    /// Its name.
+    /// Name of the sensor.
     pub sensor: String,
-    /// What it measured.
+    /// Readings.
     pub batch: ReadingBatch,
 }
 
 impl SensorReadings {
-    /// From where on more is wanted.
+    /// Returns the position after these readings.
     pub fn cursor(&self) -> SensorCursor {
         SensorCursor { robot: self.robot.clone(), sensor: self.sensor.clone(), after: self.batch.after }
     }
 }
 
-/// A sensor and the number of its newest reading.
+/// A sensor, and the number of its newest reading.
 pub type NumberedSensor = (WorldSensor, u64);
 
 impl SimHandle {
-    /// The sensors of a robot, or of all, and the number of the newest reading of each.
+    /// Returns the sensors of a robot, or of all, and the number of the newest reading of each.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot.
+    /// Returns an error if the robot does not exist.
     pub fn sensors(&self, robot: Option<&str>) -> Result<(Arc<Published>, Vec<NumberedSensor>), CallError> {
         let state = self.newest();
         let only = robot.map(|robot| robot_index(&state, robot)).transpose()?;
@@ -71,17 +71,17 @@ impl SimHandle {
         Ok((state, found.into_iter().zip(last).collect()))
     }
 
-    /// The number of the newest reading of each sensor, by its id.
+    /// Returns the number of the newest reading of each sensor, by its id.
     pub fn last_readings(&self) -> BTreeMap<u64, u64> {
         let state = self.newest();
         let ids = || state.state.sensors.iter().map(|of| of.id);
         ids().zip(self.inner.driver.sensors.last_sequences(ids())).collect()
     }
 
-    /// From where on the readings of these sensors are those that are still to come; no selection is all sensors.
+    /// Returns positions after the present readings of these sensors; no selection means all sensors.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot or sensor.
+    /// Returns an error if a robot or sensor does not exist.
     pub fn sensor_cursors(&self, selections: &[SensorSelection]) -> Result<Vec<SensorCursor>, CallError> {
         let state = self.newest();
         let chosen = chosen(&state, selections)?;
@@ -94,11 +94,12 @@ impl SimHandle {
         Ok(chosen.into_iter().zip(last).map(cursor).collect())
     }
 
-    /// The newest reading of each of these sensors; no selection is all sensors. Scans of the newest state or one
-    /// before that are not measured yet are waited for, at most `timeout`.
+    /// Returns the newest reading of each of these sensors; no selection means all sensors. Waits at most
+    /// `timeout` for pending scans of the newest state or an earlier one.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot or sensor, all readings together are too large, or the daemon drains.
+    /// Returns an error if a robot or sensor does not exist, the readings are too large in total, or the
+    /// daemon drains.
     pub async fn newest_readings(
         &self,
         selections: &[SensorSelection],
@@ -117,7 +118,7 @@ impl SimHandle {
                 grown.await;
             }
         };
-        // After that time the newest that there are serve.
+        // After that time, the newest available ones are returned.
         if let Ok(ended) = tokio::time::timeout(timeout, self.until_drained(measured)).await {
             ended?;
         }
@@ -125,10 +126,11 @@ impl SimHandle {
         Ok((state, readings))
     }
 
-    /// The newest reading of each of these sensors as there are now, to go beside a state; no selection is no sensor.
+    /// Returns the newest available reading of each of these sensors, to accompany a state; no selection
+    /// means no sensors.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot or sensor, or all readings together are too large.
+    /// Returns an error if a robot or sensor does not exist, or the readings are too large in total.
     pub fn readings_beside(&self, selections: &[SensorSelection]) -> Result<Vec<SensorReadings>, CallError> {
         if selections.is_empty() {
             return Ok(Vec::new());
@@ -160,10 +162,11 @@ impl SimHandle {
         Ok(chosen.into_iter().zip(batches).map(named).collect())
     }
 
-    /// The readings of each of these sensors after a number, waiting at most `timeout` for the first.
+    /// Returns the readings of each of these sensors after a number, waiting at most `timeout` for the first.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot or sensor (any more), and where the daemon drains before a reading comes.
+    /// Returns an error if a robot or sensor does not exist (any more), or the daemon drains before a reading
+    /// arrives.
     pub async fn next_readings(
         &self,
         cursors: &[SensorCursor],
@@ -185,10 +188,10 @@ impl SimHandle {
         }
     }
 
-    /// The same, at once.
+    /// Returns the readings of each of these sensors after a number, at once.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot or sensor.
+    /// Returns an error if a robot or sensor does not exist.
     pub fn readings_after(&self, cursors: &[SensorCursor]) -> Result<Vec<SensorReadings>, CallError> {
         let state = self.newest();
         let wanted = cursors
@@ -206,7 +209,7 @@ impl SimHandle {
         Ok(cursors.iter().zip(batches).map(named).collect())
     }
 
-    /// Measures what takes long, on threads that give way to the physics thread, until the daemon drains.
+    /// Measures samples that take long, on threads of low priority, until the daemon drains.
     pub async fn measure_scans(self) {
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         // Half of the processors, as for calls that compute.
@@ -224,7 +227,8 @@ impl SimHandle {
                 scan
             };
             match self.loader().threads().run(measure).await {
-                // Here, since on a busy machine those threads may stand still for long, and readers would wait for the log.
+                // Dropped here: on a busy machine those threads may stop for long, and readers would wait for
+                // the log.
                 Ok(measured) => drop(measured),
                 Err(error) => tracing::error!(%error, "a scan is not measured"),
             }
@@ -232,7 +236,7 @@ impl SimHandle {
     }
 }
 
-/// The sensors of selections, each once; all where there is none.
+/// Returns the sensors of selections, each once; without selections, all.
 fn chosen<'a>(
     state: &'a Published,
     selections: &[SensorSelection],
@@ -253,7 +257,7 @@ fn chosen<'a>(
     Ok(found)
 }
 
-/// The index of a robot.
+/// Returns the index of a robot.
 fn robot_index(state: &Published, robot: &str) -> Result<usize, CallError> {
     let found = state.state.entity(robot).map(|(index, _)| index);
     found.ok_or_else(|| {
@@ -272,7 +276,8 @@ fn find<'a>(state: &'a Published, robot: usize, sensor: &str) -> Result<&'a Worl
     })
 }
 
-/// The sensors of the robot at an index. They lie by robot, so that those of others are not looked through.
+/// Returns the sensors of the robot at an index. They are ordered by robot, so that other robots' are not
+/// searched.
 fn of_robot(state: &Published, robot: usize) -> &[WorldSensor] {
     let sensors = state.state.sensors.as_slice();
     let first = sensors.partition_point(|of| of.robot < robot);
@@ -296,7 +301,8 @@ mod tests {
     use super::*;
     use crate::handle::{Pace, RunState, Statistics};
 
-    /// With sensors that are numbered from 1 and named by that, of the robots at these indices.
+    /// Returns a state whose sensors are numbered from 1 and named accordingly, on the robots at these
+    /// indices.
     fn with_sensors(robots: &[usize]) -> Published {
         let definition = |id: u64| SensorDefinition {
             name: format!("imu_{id}"),

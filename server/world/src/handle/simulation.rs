@@ -13,7 +13,7 @@ impl SimHandle {
     /// Changes the world.
     ///
     /// # Errors
-    /// Returns an error if the world refuses, or the mailbox is full.
+    /// Returns an error if the world refuses it, or the mailbox is full.
     pub async fn command(&self, command: Command) -> Result<Done, CallError> {
         if !self.only.is_empty() || self.note.is_some() {
             let robots = command.robots();
@@ -33,7 +33,7 @@ impl SimHandle {
         self.ask(|reply| Event::Command { command, claim, sender, reply }).await
     }
 
-    /// Plays, pauses or stops.
+    /// Plays, pauses or stops the world.
     ///
     /// # Errors
     /// Returns an error if the mailbox is full.
@@ -46,32 +46,32 @@ impl SimHandle {
         self.ask(|reply| Event::SetState { state, claim, sender, reply }).await
     }
 
-    /// Does steps as fast as possible, and answers when they are done. Dropping
-    /// the future ends them.
+    /// Makes steps as fast as possible, and returns when they are done. Dropping the future ends them.
     ///
     /// # Errors
-    /// While playing, where the number is 0 or beyond the limit, where a play, a
-    /// pause, a stop or a reset comes between, and where the daemon drains.
+    /// Returns an error while playing, if the number is 0 or above the limit, or if the daemon drains. Also
+    /// if a play, a pause, a stop or a reset intervenes.
     pub async fn step(&self, steps: u64) -> Result<Done, CallError> {
         Ok(self.step_with(None, steps).await?.done)
     }
 
-    /// Sets targets and does steps, in one: both or, where one is refused, nothing.
-    /// Steps that another call waits for come first, and have the targets too.
+    /// Sets targets and makes steps. If either is refused, neither is done. Steps of earlier calls are made
+    /// first, with the new targets too.
     ///
     /// # Errors
-    /// Those of [`SimHandle::step`], and where the world refuses the targets.
+    /// As [`SimHandle::step`], and if the world refuses the targets.
     pub async fn step_with(&self, targets: Option<SetTargets>, steps: u64) -> Result<Stepped, CallError> {
         self.check_steps(steps)?;
         self.check_no_lockstep()?;
         self.step_alone(targets, steps).await
     }
 
-    /// The same with the other clients that step the world together: once each of them has asked. Targets are set at once,
-    /// while the world waits, unless it is known by then that the steps would be refused.
+    /// Like `step_with`, together with the other lockstep members: once each of them has asked. Targets are
+    /// set at once, while the world waits, unless the steps are already known to be refused.
     ///
     /// # Errors
-    /// Returns an error if the caller is no member, has asked already, or leaves; and those of [`SimHandle::step_with`].
+    /// Returns an error if the caller is not a member, has asked already, or leaves, and as
+    /// [`SimHandle::step_with`].
     pub async fn step_with_others(
         &self,
         member: &str,
@@ -82,7 +82,8 @@ impl SimHandle {
         self.step_together(member, targets, steps).await
     }
 
-    /// Sets targets before steps that come with `steps_claim`, where those may be done; `None`: with which is not known yet.
+    /// Sets targets before steps with `steps_claim`, if those are allowed; the outer `None` means that the
+    /// claim is not known yet.
     pub(super) async fn set_targets_of_member(
         &self,
         targets: SetTargets,
@@ -122,11 +123,11 @@ impl SimHandle {
         self.until_drained(self.ask(|reply| Event::Step { targets, steps, claim, sender, reply })).await?
     }
 
-    /// Changes how steps are done and how they follow the wall clock: both or,
-    /// where one of them is refused, nothing. Answers with what is in force.
+    /// Changes physics settings and pace. If either is refused, neither is changed. Returns the settings in
+    /// force.
     ///
     /// # Errors
-    /// Returns an error if a value is not within its bounds.
+    /// Returns an error if a value is out of its bounds.
     pub async fn set_physics(
         &self,
         change: PhysicsChange,
@@ -140,13 +141,12 @@ impl SimHandle {
         self.ask(|reply| Event::SetPhysics { change, pace, claim, sender, reply }).await
     }
 
-    /// The newest state, at once.
+    /// Returns the newest state, at once.
     pub fn newest(&self) -> Arc<Published> {
         self.inner.driver.state_cell.newest()
     }
 
-    /// The newest state once it is newer than `sequence`; after `timeout`, the
-    /// newest that there is.
+    /// Returns the newest state once it is newer than `sequence`; after `timeout`, the newest one.
     ///
     /// # Errors
     /// Returns an error if the daemon drains before that, or the driver failed.
@@ -163,13 +163,13 @@ impl SimHandle {
         }
     }
 
-    /// How well the world keeps time. Never waits for a step; one that takes longer than the mean of the last
-    /// ones shows while it is going on.
+    /// Returns timing statistics, without waiting for a step. A step that takes longer than the mean shows
+    /// while it runs.
     pub fn statistics(&self) -> Statistics {
         self.statistics_at(&self.newest())
     }
 
-    /// The same, with what a published state says.
+    /// Returns timing statistics that match a published state.
     pub fn statistics_at(&self, state: &Published) -> Statistics {
         let driver = &self.inner.driver;
         let present = driver.state_cell.present_step(std::time::Instant::now()).as_secs_f64();
@@ -180,7 +180,7 @@ impl SimHandle {
         }
     }
 
-    /// What is in force.
+    /// Returns the settings and the pace in force.
     pub fn physics(&self) -> (PhysicsSettings, Pace) {
         let newest = self.newest();
         (newest.physics, newest.statistics.pace)

@@ -16,15 +16,15 @@ use crate::driver;
 use crate::driver::fake_world::FakeWorld;
 use crate::loading::Loader;
 
-/// Commands, each with the step before which it came.
+/// Commands, each with the step before which it was applied.
 pub type Applied = Arc<Mutex<Vec<(u64, Command)>>>;
 
-/// A handle on a fake world, and the commands that reach it.
+/// Returns a handle on a fake world, and the commands that reach it.
 pub fn handle(world: FakeWorld, state: RunState) -> (SimHandle, Applied) {
     driven(world, driver::Config { state, ..Default::default() })
 }
 
-/// A handle on a fake world whose driver has this configuration.
+/// Returns a handle on a fake world whose driver has this configuration.
 pub fn driven(world: FakeWorld, config: driver::Config) -> (SimHandle, Applied) {
     let applied = world.applied.clone();
     let driver = driver::start(world, config).unwrap();
@@ -40,20 +40,20 @@ pub fn driven(world: FakeWorld, config: driver::Config) -> (SimHandle, Applied) 
     )
 }
 
-/// A handle on a fake world that is paused.
+/// Returns a handle on a paused fake world.
 pub fn paused() -> SimHandle {
     handle(FakeWorld::default(), RunState::Paused).0
 }
 
-/// Descriptions and files that are read at one time.
+/// Maximum number of descriptions and files that are read at one time.
 const READS: usize = 2;
 
-/// Reads that go on until this is dropped, as many as there may be.
+/// Reads that last until this is dropped, as many as permitted.
 pub struct Reading {
     _ends: Vec<Sender<()>>,
 }
 
-/// Takes all threads that read.
+/// Occupies all reading threads.
 pub async fn reading(handle: &SimHandle) -> Reading {
     let mut ends = Vec::new();
     for _ in 0..READS {
@@ -73,13 +73,13 @@ pub async fn reading(handle: &SimHandle) -> Reading {
 
 type Read = Pin<Box<dyn Future<Output = Result<(), CallError>> + Send>>;
 
-/// All that one client may have waiting, until this is dropped.
+/// All waiting calls that one client may have, until this is dropped.
 pub struct Crowd {
     _waiting: Vec<Read>,
     _reading: Reading,
 }
 
-/// Has a client wait for threads that read, as often as it may.
+/// Makes a client wait for reading threads, as often as it may.
 pub async fn crowd(handle: &SimHandle, client: &Account) -> Crowd {
     let reading = reading(handle).await;
     let mut waiting: Vec<Read> = Vec::new();
@@ -98,7 +98,7 @@ pub fn is_waiting<F: Future + ?Sized>(work: Pin<&mut F>) -> bool {
     work.poll(&mut Context::from_waker(Waker::noop())).is_pending()
 }
 
-/// Asserts that something waits, also once each task that it began was polled.
+/// Asserts that a call waits, even after each task that it spawned was polled.
 pub async fn waits<F: Future + ?Sized>(mut work: Pin<&mut F>) {
     for _ in 0..8 {
         assert!(is_waiting(work.as_mut()));

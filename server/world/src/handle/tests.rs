@@ -1,4 +1,4 @@
-//! The handle on a driver that runs.
+//! The handle on a running driver.
 
 mod waiting;
 
@@ -21,7 +21,7 @@ async fn a_command_is_done_and_its_state_can_be_read() {
     assert_eq!(handle.statistics().iterations, 10);
 }
 
-/// Where callers drive.
+/// Returns a handle whose callers drive.
 fn by_callers(world: FakeWorld) -> SimHandle {
     let state = RunState::Paused;
     driven(world, driver::Config { state, callers_drive: true, step_threads: 1, ..Default::default() }).0
@@ -194,7 +194,7 @@ async fn steps_and_factors_out_of_bounds_are_refused() {
     assert_eq!(handle.physics(), (settings, pace));
 }
 
-/// The slower one's last part comes while the faster one's file is being hashed.
+/// The slower one's last part arrives while the faster one's file is being hashed.
 #[tokio::test]
 async fn two_uploads_of_the_same_file_at_once_both_succeed() {
     let handle = paused();
@@ -214,7 +214,7 @@ async fn two_uploads_of_the_same_file_at_once_both_succeed() {
     assert_eq!(handle.asset(&sha256).unwrap(), data);
 }
 
-/// No caller waits for ever where the bytes are not those of the hash, or their sender is gone.
+/// No caller waits forever if the bytes do not match the hash, or their sender has disconnected.
 #[tokio::test]
 async fn a_second_upload_outlives_a_first_that_fails() {
     let handle = paused();
@@ -239,8 +239,8 @@ async fn a_lease_out_of_bounds_is_refused() {
     }
 }
 
-/// While the test waits for the driver's thread, tokio's paused clock runs on to
-/// the next timer by itself: that is the end of the lease.
+/// While the test waits for the driver's thread, tokio's paused clock advances to the next timer
+/// automatically: the end of the lease.
 #[tokio::test(start_paused = true)]
 async fn a_claim_that_is_not_used_lapses_and_is_released() {
     let (handle, applied) = handle(FakeWorld::default(), RunState::Paused);

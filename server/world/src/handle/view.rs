@@ -1,10 +1,11 @@
-//! What pages show beside the world, and what people do in them: markers, cameras, keys and mouse. No part of the
-//! world, so that no step, reset or saved state knows of it, and the physics thread is not asked.
+//! Drawings in pages, and input from pages: markers, cameras, keyboard and mouse. They are not part of the
+//! world: steps, resets and saved states do not include them, and the physics thread is not asked.
 //!
-//! * `markers`: what programs draw. `colors`: what links look like. `cameras`: where the cameras of pages are, and are to be.
-//! * `input`: keys and mouse.
+//! * `markers`: drawings of programs. `colors`: colours of links. `cameras`: present and requested cameras of
+//!   pages.
+//! * `input`: keyboard and mouse.
 //!
-//! All of it has one version, by which pages ask for what has changed.
+//! All of it has one version, with which pages ask for changes.
 
 mod cameras;
 mod colors;
@@ -30,20 +31,20 @@ use colors::{Colors, Given};
 use input::InputLog;
 use markers::Markers;
 
-/// For any number of readers and writers.
+/// View state, for any number of readers and writers.
 #[derive(Debug)]
 pub(super) struct View {
-    /// Held for a look or a change, never across a wait.
+    /// Locked for a look or a change, never across a wait.
     state: Mutex<State>,
-    /// The version is another.
+    /// Notifies of a new version.
     changed: Notify,
-    /// There are more events of keys or mouse.
+    /// Notifies of new keyboard or mouse events.
     input_came: Notify,
 }
 
 #[derive(Debug)]
 struct State {
-    /// 1 before anything was drawn; grows with every change.
+    /// Version: 1 at first; grows with every change.
     version: u64,
     markers: Markers,
     colors: Colors,
@@ -51,22 +52,22 @@ struct State {
     input: InputLog,
 }
 
-/// What has changed since a version.
+/// Changes since a version.
 #[derive(Clone, Debug)]
 pub struct ViewChange {
-    /// Of the view now.
+    /// Present version.
     pub version: u64,
-    /// `markers` are all there are.
+    /// Whether `markers` has all markers.
     pub whole: bool,
-    /// Those that were added or replaced, by their ids.
+    /// Added or replaced markers, by id.
     pub markers: Vec<Arc<Marker>>,
-    /// Ids of those that are gone.
+    /// Ids of deleted markers.
     pub deleted: Vec<u64>,
-    /// Colours of links, where those changed.
+    /// Colours of links, if changed.
     pub colors: Option<Arc<Given>>,
-    /// Where cameras are to be, where a client said so.
+    /// Requested camera, if a client set one.
     pub camera: Option<CameraTarget>,
-    /// The client that asks for keys and mouse, where one does.
+    /// Client that asks for keyboard and mouse, if any.
     pub asks: Option<Arc<str>>,
 }
 
@@ -79,7 +80,7 @@ impl Default for View {
 }
 
 impl View {
-    /// The state as it is at this time: without markers that are over.
+    /// Returns the state at this time, without expired markers.
     fn at(&self, now: Instant) -> MutexGuard<'_, State> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let next = state.version + 1;
@@ -90,7 +91,8 @@ impl View {
         state
     }
 
-    /// Changes the state. The change gets the version that it makes, and says whether it made one.
+    /// Changes the state. The closure gets the version that it would make, and returns whether it changed
+    /// anything.
     fn change<T>(
         &self,
         now: Instant,
@@ -107,11 +109,11 @@ impl View {
         Ok(answer)
     }
 
-    /// What has changed since a version once something has, or nothing after the deadline. A version that is ahead is from
-    /// before a restart of the daemon: all of it has changed.
+    /// Waits for a change after a version until the deadline, and returns the changes. A version above the
+    /// present one is from before a restart of the daemon: then everything has changed.
     async fn other_than(&self, version: u64, deadline: Instant) -> ViewChange {
         loop {
-            // Made before the look, so that a change between look and wait wakes it.
+            // Created before the look, so that a change in between wakes it.
             let changed = self.changed.notified();
             let now = Instant::now();
             let wake = {
@@ -146,8 +148,8 @@ impl State {
 }
 
 impl SimHandle {
-    /// What has changed since a version, once something has; after `timeout`, nothing. The caller is a page that is open,
-    /// if it has said where its camera is.
+    /// Waits for changes since a version; returns no changes after `timeout`. The caller counts as an open
+    /// page if it has reported its camera.
     ///
     /// # Errors
     /// Returns an error if the daemon drains before that, or the driver failed.
@@ -164,7 +166,7 @@ impl SimHandle {
         self.until_drained(view.other_than(version, now + timeout)).await
     }
 
-    /// Drops what is over.
+    /// Drops expired markers.
     pub(super) fn tidy_view(&self, now: Instant) {
         drop(self.inner.view.at(now));
     }

@@ -1,4 +1,4 @@
-//! The newest pictures of cameras, which are kept while there is room.
+//! The newest pictures of cameras, kept while there is room.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,23 +7,23 @@ use tokio::time::Instant;
 
 use super::picture::Picture;
 
-/// What is kept of a robot's camera.
+/// Kept data of a robot's camera.
 #[derive(Debug, Default)]
 pub(super) struct Camera {
-    /// Pictures of its own rate are wanted until then.
+    /// Time until which pictures at its own rate are wanted.
     pub(super) followed_until: Option<Instant>,
-    /// Of the newest state.
+    /// Picture of the newest state.
     pub(super) newest: Option<Arc<Picture>>,
-    /// The newest of its own rate, and when it came.
+    /// Newest picture at its own rate, with its arrival time.
     of_rate: Option<(Arc<Picture>, Instant)>,
-    /// Pictures of its own rate.
+    /// Number of pictures at its own rate.
     pub(super) drawn: u64,
-    /// Those that were due and were not drawn.
+    /// Number of pictures that were due and not drawn.
     pub(super) missed: u64,
 }
 
 impl Camera {
-    /// Keeps a picture that was drawn now; `is_due`: of the camera's own rate.
+    /// Keeps a new picture; `is_due` if it is at the camera's own rate.
     pub(super) fn keep(&mut self, picture: &Arc<Picture>, is_due: bool, now: Instant) {
         let is_newer = |other: &Arc<Picture>| other.state_sequence <= picture.state_sequence;
         if self.newest.as_ref().is_none_or(is_newer) {
@@ -35,19 +35,20 @@ impl Camera {
         }
     }
 
-    /// The newest, where it is of this state or of a newer one.
+    /// Returns the newest picture if it shows this state or a newer one.
     pub(super) fn of_state(&self, state_sequence: u64) -> Option<Arc<Picture>> {
         self.newest.clone().filter(|picture| picture.state_sequence >= state_sequence)
     }
 
-    /// The newest of its own rate, where it is newer than that of this number and not older than `since`.
+    /// Returns the newest picture at its own rate if its number is above `after` and it is not older than
+    /// `since`.
     pub(super) fn of_rate(&self, after: u64, since: Option<Instant>) -> Option<Arc<Picture>> {
         let (picture, came) = self.of_rate.as_ref()?;
         let is_news = picture.sequence > after && since.is_none_or(|since| *came >= since);
         is_news.then(|| Arc::clone(picture))
     }
 
-    /// The number of the oldest picture.
+    /// Returns the number of the oldest picture.
     fn oldest(&self) -> Option<u64> {
         let newest = self.newest.as_ref().map(|picture| picture.sequence);
         let of_rate = self.of_rate.as_ref().map(|(picture, _)| picture.sequence);
@@ -60,7 +61,7 @@ impl Camera {
         self.of_rate.take_if(|(picture, _)| Some(picture.sequence) == oldest);
     }
 
-    /// Of its pictures. One that is kept for two reasons counts once.
+    /// Returns the bytes of its pictures. A picture that is kept for two reasons counts once.
     fn bytes(&self) -> u64 {
         let newest = self.newest.as_ref();
         let other = self.of_rate.as_ref().map(|(picture, _)| picture);
@@ -69,7 +70,7 @@ impl Camera {
     }
 }
 
-/// Drops the oldest pictures, of whichever camera, until all are within so many bytes.
+/// Drops the oldest pictures of any cameras, until all take at most `bytes`.
 pub(super) fn make_room(cameras: &mut BTreeMap<u64, Camera>, bytes: u64) {
     while cameras.values().map(Camera::bytes).sum::<u64>() > bytes {
         let having = cameras.values_mut().filter(|camera| camera.oldest().is_some());

@@ -1,56 +1,57 @@
-//! From where a picture is taken and how wide it is, as matrices of OpenGL: camera axes have x to the right, y up and z
-//! backwards.
+//! Point of view and projection of a picture, as matrices of OpenGL: camera axes have x to the right, y up
+//! and z backwards.
 
 use glamx::{DPose3, DVec3};
 use simd_model::sensor::Camera;
 
-/// How far the columns of a rotation may be from those of one: matrices come from single precision.
+/// Maximum deviation of columns from those of a rotation: matrices come from single precision.
 const ROUGH: f64 = 1e-3;
 
-/// The largest number of a matrix: pictures are drawn in single precision, where the squares of larger ones are infinite.
+/// Largest magnitude of a matrix element: pictures are drawn in single precision, where the squares of larger
+/// numbers are infinite.
 const LARGEST: f64 = 1e12;
 
-/// A pinhole camera's numbers, pixels: see `CameraIntrinsics` of the schema.
+/// Intrinsics of a pinhole camera, pixels: see `CameraIntrinsics` of the schema.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
-    /// Focal length over the width of a pixel.
+    /// Focal length divided by the width of a pixel.
     pub fx: f64,
-    /// The same of its height.
+    /// Focal length divided by the height of a pixel.
     pub fy: f64,
-    /// Where the optical axis is, from the centre of the leftmost pixel.
+    /// Distance of the optical axis from the centre of the leftmost pixel.
     pub cx: f64,
-    /// The same from the top.
+    /// Distance of the optical axis from the centre of the topmost pixel.
     pub cy: f64,
 }
 
-/// A point of view.
+/// Point of view and projection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lens {
     /// `camera_from_world`, column by column.
     pub view: [f64; 16],
-    /// `clip_from_camera`, column by column: what is seen is within -1 and 1 times w.
+    /// `clip_from_camera`, column by column: visible points are between -1 and 1 times w.
     pub projection: [f64; 16],
-    /// Of a robot's camera.
+    /// Intrinsics, for a robot's camera.
     pub intrinsics: Option<Intrinsics>,
-    /// Metres: what is nearer is not seen.
+    /// Distance of the near clipping plane, metres.
     pub near: f64,
-    /// Metres: what is farther is not seen.
+    /// Distance of the far clipping plane, metres.
     pub far: f64,
 }
 
-/// A matrix that is none of a camera.
+/// Refusal of a matrix that cannot belong to a camera.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{element} is {value}; {expected}")]
 pub struct BadMatrix {
-    /// Which one.
+    /// Name of the matrix or element.
     pub element: &'static str,
-    /// What it is.
+    /// Value.
     pub value: String,
-    /// What it could be, as "it must be ...".
+    /// Permitted values, as "it must be ...".
     pub expected: &'static str,
 }
 
-/// A camera's numbers. The optical axis is in the middle of the picture.
+/// Returns a camera's intrinsics. The optical axis is in the middle of the picture.
 pub fn intrinsics(camera: &Camera) -> Intrinsics {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let focal = 0.5 * width / (0.5 * camera.horizontal_field_of_view).tan();
@@ -58,12 +59,12 @@ pub fn intrinsics(camera: &Camera) -> Intrinsics {
 }
 
 impl Lens {
-    /// Focal lengths and where the axis is, pixels: `fx`, `fy`, `cx`, `cy`; zero where it is no pinhole camera's.
+    /// Returns `fx`, `fy`, `cx`, `cy`, pixels; zeros unless it is a pinhole camera.
     pub fn pinhole(&self) -> [f64; 4] {
         self.intrinsics.map_or([0.0; 4], |Intrinsics { fx, fy, cx, cy }| [fx, fy, cx, cy])
     }
 
-    /// Of a sensor at `world_from_sensor`, which looks along x with z up.
+    /// Makes the lens of a sensor at `world_from_sensor`, which looks along x with z up.
     pub(super) fn of_camera(camera: &Camera, world_from_sensor: DPose3) -> Self {
         let (turn, from) = (world_from_sensor.rotation, world_from_sensor.translation);
         let (right, up, back) = (turn * -DVec3::Y, turn * DVec3::Z, turn * -DVec3::X);
@@ -98,10 +99,10 @@ impl Lens {
         Self { view, projection, intrinsics: Some(of), near, far }
     }
 
-    /// Of matrices from a client.
+    /// Makes a lens from matrices of a client.
     ///
     /// # Errors
-    /// Returns an error if they are none of a camera.
+    /// Returns an error if they cannot belong to a camera.
     pub fn of_matrices(view: [f64; 16], projection: [f64; 16]) -> Result<Self, BadMatrix> {
         let refuse = |element, value, expected| BadMatrix { element, value, expected };
         for (element, numbers) in [("view", &view), ("projection", &projection)] {
@@ -137,7 +138,7 @@ impl Lens {
     }
 }
 
-/// Whether it turns and moves, and does nothing else.
+/// Returns whether a matrix only rotates and translates.
 fn is_rigid(matrix: &[f64; 16]) -> bool {
     let column = |first: usize| DVec3::new(matrix[first], matrix[first + 1], matrix[first + 2]);
     let (x, y, z) = (column(0), column(4), column(8));
@@ -166,7 +167,7 @@ mod tests {
         }
     }
 
-    /// Where a point is seen: normalised coordinates, and its depth.
+    /// Returns the normalised coordinates at which a point is seen, and its depth.
     fn seen(lens: &Lens, point: DVec3) -> (f64, f64, f64) {
         let apply = |m: &[f64; 16], v: [f64; 4]| -> [f64; 4] {
             std::array::from_fn(|row| (0..4).map(|column| m[4 * column + row] * v[column]).sum())
@@ -179,7 +180,7 @@ mod tests {
     fn a_camera_looks_along_x_with_z_up() {
         let pose = DPose3::new(DVec3::new(1.0, 2.0, 3.0), DVec3::Z * std::f64::consts::FRAC_PI_2);
         let lens = Lens::of_camera(&camera(), pose);
-        // Turned to the left by a quarter it looks along y of the world.
+        // Rotated by a quarter turn to the left, it looks along y of the world.
         let (x, y, z) = seen(&lens, DVec3::new(1.0, 2.1, 3.0));
         assert!(x.abs() < 1e-9 && y.abs() < 1e-9 && (z + 1.0).abs() < 1e-9, "{x} {y} {z}");
         let (_, _, z) = seen(&lens, DVec3::new(1.0, 52.0, 3.0));

@@ -1,4 +1,4 @@
-//! What is to be drawn, and what was.
+//! Orders for pictures, and drawn pictures.
 
 use std::io::Read as _;
 use std::sync::Arc;
@@ -11,22 +11,22 @@ use simd_core::Moment;
 use super::lens::Lens;
 use crate::handle::{CallError, Published};
 
-/// Pixels of a side of a picture at the most.
+/// Maximum width and height of a picture, pixels.
 pub const MOST_PIXELS: u32 = 4_096;
 
-/// What a picture has for each pixel.
+/// Planes of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Planes {
     /// Red, green and blue, a byte each.
     pub color: bool,
-    /// Metres along the optical axis, float32.
+    /// Distance along the optical axis, metres, float32.
     pub depth: bool,
-    /// The number of the link that is seen, uint32.
+    /// Number of the visible link, uint32.
     pub segmentation: bool,
 }
 
 impl Planes {
-    /// Bytes of a pixel.
+    /// Returns the bytes of a pixel.
     pub(crate) fn bytes(self) -> u64 {
         let Self { color, depth, segmentation } = self;
         [(color, COLOR), (depth, DEPTH), (segmentation, SEGMENTATION)]
@@ -41,25 +41,25 @@ const COLOR: u64 = 3;
 const DEPTH: u64 = 4;
 const SEGMENTATION: u64 = 4;
 
-/// Where light comes from, and what surfaces make of it: see `PictureLight` of the schema.
+/// Direction of light, and reflection by surfaces: see `PictureLight` of the schema.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Towards the light, world axes; of any length but 0.
+    /// Direction towards the light, world axes; of any length but 0.
     pub direction: [f64; 3],
     /// Red, green and blue from 0 to 1.
     pub color: [f64; 3],
-    /// From any side, 0 to 1.
+    /// Ambient reflection, 0 to 1.
     pub ambient: f64,
-    /// By the cosine of its angle, 0 to 1.
+    /// Diffuse reflection, by the cosine of the light's angle, 0 to 1.
     pub diffuse: f64,
-    /// Mirrored, 0 to 1.
+    /// Specular reflection, 0 to 1.
     pub specular: f64,
-    /// What is in another's shadow gets no diffuse light.
+    /// Whether objects in a shadow get no diffuse light.
     pub shadow: bool,
 }
 
 impl Default for Light {
-    /// That of PyBullet's pictures where nothing is said, from above and aside.
+    /// Returns the default light of PyBullet's pictures, from above and aside.
     fn default() -> Self {
         Self {
             direction: [-0.5, 0.3, 1.0],
@@ -72,104 +72,104 @@ impl Default for Light {
     }
 }
 
-/// A point of view, and what is wanted of it.
+/// A point of view, and the wanted picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Pixels, at most [`MOST_PIXELS`].
+    /// Width, pixels, at most [`MOST_PIXELS`].
     pub width: u32,
-    /// Pixels, at most [`MOST_PIXELS`].
+    /// Height, pixels, at most [`MOST_PIXELS`].
     pub height: u32,
-    /// From where, and how wide.
+    /// Point of view and projection.
     pub lens: Lens,
-    /// Of each pixel.
+    /// Wanted planes.
     pub planes: Planes,
-    /// What shines.
+    /// Light.
     pub light: Light,
-    /// Red, green and blue from 0 to 1 where nothing is seen.
+    /// Background: red, green and blue from 0 to 1.
     pub background: [f64; 3],
 }
 
 impl View {
-    /// Of the planes of a picture, nothing packed.
+    /// Returns the bytes of the picture's planes, uncompressed.
     pub(crate) fn bytes(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height) * self.planes.bytes()
     }
 }
 
-/// The camera of a robot.
+/// Name of a robot's camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CameraName {
-    /// Its robot.
+    /// Name of the robot.
     pub robot: String,
-    /// The sensor.
+    /// Name of the sensor.
     pub sensor: String,
 }
 
-/// A picture that is to be drawn.
+/// Order for a picture.
 #[derive(Clone, Debug)]
 pub struct PictureOrder {
-    /// Whose camera it is, with the sensor's id; `None` where it is a client's own point of view.
+    /// Camera, with the sensor's id; `None` for a client's own point of view.
     pub camera: Option<(u64, CameraName)>,
-    /// From where.
+    /// View to draw.
     pub view: View,
-    /// What.
+    /// State to draw.
     pub state: Arc<Published>,
 }
 
-/// The links of a robot within the numbers of a segmentation.
+/// Numbers of a robot's links in a segmentation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PictureRobot {
-    /// Its name.
+    /// Name of the robot.
     pub robot: String,
-    /// The number of its link 0.
+    /// Number of its link 0.
     pub first_link: u32,
-    /// How many it has.
+    /// Number of its links.
     pub links: u32,
 }
 
-/// Numbers for each pixel, row by row from the upper left one.
+/// Values of each pixel, row by row from the upper left one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plane {
-    /// `data` is as zlib has it.
+    /// Whether `data` is compressed by zlib.
     pub is_zlib: bool,
-    /// Little-endian.
+    /// Values, little-endian.
     pub data: Bytes,
 }
 
-/// What a renderer sends.
+/// Planes that a renderer sends.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Drawn {
-    /// As [`Planes::color`].
+    /// Plane of [`Planes::color`].
     pub color: Option<Plane>,
-    /// As [`Planes::depth`].
+    /// Plane of [`Planes::depth`].
     pub depth: Option<Plane>,
-    /// As [`Planes::segmentation`].
+    /// Plane of [`Planes::segmentation`].
     pub segmentation: Option<Plane>,
 }
 
-/// What a camera saw.
+/// A picture of the world.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// Larger than that of every picture before.
+    /// Number, larger than in every earlier picture.
     pub sequence: u64,
-    /// Of the state that was drawn.
+    /// Moment of the drawn state.
     pub at: Moment,
-    /// When that state was published.
+    /// Wall time at which that state was published.
     pub wall_time: SystemTime,
-    /// Of that state.
+    /// Sequence of that state.
     pub state_sequence: u64,
-    /// From where.
+    /// Drawn view.
     pub view: View,
-    /// What was seen.
+    /// Planes.
     pub drawn: Drawn,
-    /// In the order in which they were spawned.
+    /// Robots in spawn order.
     pub robots: Vec<PictureRobot>,
-    /// Who drew it.
+    /// Name of the renderer.
     pub renderer: Arc<str>,
 }
 
 impl PictureOrder {
-    /// The picture that was drawn for it.
+    /// Makes the picture of this order.
     pub(super) fn picture(&self, sequence: u64, drawn: Drawn, renderer: Arc<str>) -> Picture {
         let Published { sequence: state_sequence, wall_time, state, .. } = &*self.state;
         let mut first_link = 1_u32;
@@ -193,16 +193,16 @@ impl PictureOrder {
 }
 
 impl Drawn {
-    /// Of its planes as sent.
+    /// Returns the bytes of its planes as sent.
     pub(crate) fn bytes(&self) -> u64 {
         let Self { color, depth, segmentation } = self;
         [color, depth, segmentation].into_iter().flatten().map(|plane| plane.data.len() as u64).sum()
     }
 
-    /// Whether it is what a view asks for. It may take milliseconds where planes are packed.
+    /// Checks that the planes match a view. It may take milliseconds for compressed planes.
     ///
     /// # Errors
-    /// Returns an error if a plane is missing, is too much, or is of another size.
+    /// Returns an error if a plane is missing, was not requested, or has another size.
     pub(super) fn check(&self, view: &View) -> Result<(), CallError> {
         let pixels = u64::from(view.width) * u64::from(view.height);
         let Self { color, depth, segmentation } = self;
@@ -242,7 +242,7 @@ impl Drawn {
 }
 
 impl Plane {
-    /// How many bytes it has, unpacked; nothing beyond one more than `most` is read.
+    /// Returns the uncompressed size, bytes; reads at most one byte beyond `most`.
     fn unpacked_bytes(&self, most: u64) -> std::io::Result<u64> {
         if !self.is_zlib {
             return Ok(self.data.len() as u64);
@@ -250,10 +250,10 @@ impl Plane {
         std::io::copy(&mut ZlibDecoder::new(&*self.data).take(most.saturating_add(1)), &mut std::io::sink())
     }
 
-    /// Its numbers, where they are at most so many bytes.
+    /// Returns the uncompressed values, of at most `most` bytes.
     ///
     /// # Errors
-    /// Returns an error if zlib's data are broken, or are more.
+    /// Returns an error if zlib's data are broken or larger.
     pub fn unpacked(&self, most: u64) -> std::io::Result<Bytes> {
         if !self.is_zlib {
             return Ok(self.data.clone());

@@ -1,4 +1,4 @@
-//! Who wants which pictures, and who draws them. Each call brings the time, and none waits.
+//! Queue of wanted pictures, and their renderers. Each call passes the time, and none waits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,33 +11,33 @@ use super::kept::{Camera, make_room};
 use super::picture::{Drawn, Picture, PictureOrder};
 use crate::handle::CallError;
 
-/// Who asked for work is a renderer for so long after its last answer.
+/// Time for which a renderer counts as active after its last call.
 const PRESENT: Duration = Duration::from_secs(5);
-/// What is known of a renderer that went is forgotten after so long.
+/// Time after which an absent renderer is forgotten.
 const FORGOTTEN: Duration = Duration::from_secs(60);
-/// Names of renderers that are known at one time.
+/// Maximum number of known renderers.
 const MOST_RENDERERS: usize = 64;
-/// Renderers that are given a task one after the other, until its callers are refused.
+/// Number of renderers that get a task in turn before its callers are refused.
 const MOST_TRIES: u32 = 3;
-/// Pictures of a camera's own rate that are drawn at one time: of one whose renderers take tasks and answer none, each would keep its
-/// state until its time is over.
+/// Maximum number of pictures at a camera's own rate that are drawn at one time. Without it, renderers that
+/// never answer would make each of them hold its state until its time is over.
 const MOST_DRAWN: usize = 16;
 
-/// What the queue keeps to.
+/// Bounds of the queue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
-    /// Pictures that clients wait for.
+    /// Maximum number of pictures that clients wait for.
     pub(super) waiting: usize,
-    /// Bytes of these, nothing packed; and bytes of the pictures that are kept.
+    /// Maximum bytes of these, uncompressed; also the maximum bytes of kept pictures.
     pub(super) bytes: u64,
-    /// A renderer that did not answer for so long does not.
+    /// Time after which a renderer is considered unresponsive.
     pub(super) drawing: Duration,
 }
 
-/// What becomes of a task.
+/// Result of a task.
 pub(super) type Answer = Result<Arc<Picture>, CallError>;
 
-/// A task's place, for one who waits for it.
+/// Receiver of a task's result.
 pub(super) type Waiting = watch::Receiver<Option<Answer>>;
 
 /// Tasks, renderers, and the newest pictures.
@@ -46,10 +46,10 @@ pub(super) struct PictureQueue {
     bounds: Bounds,
     last_task: u64,
     last_picture: u64,
-    /// Oldest first.
+    /// Tasks, oldest first.
     tasks: BTreeMap<u64, Task>,
     renderers: BTreeMap<Arc<str>, Renderer>,
-    /// By sensor.
+    /// Cameras by sensor id.
     cameras: BTreeMap<u64, Camera>,
 }
 
@@ -57,11 +57,11 @@ pub(super) struct PictureQueue {
 struct Task {
     order: Arc<PictureOrder>,
     since: Instant,
-    /// Of a camera's own rate, and not asked for by a client.
+    /// Whether it is at a camera's own rate, and not requested by a client.
     is_due: bool,
-    /// Who draws it, and since when.
+    /// Renderer that draws it, and the start time.
     drawing: Option<(Arc<str>, Instant)>,
-    /// A picture for it is being looked at.
+    /// Whether a picture for it is being checked.
     is_arriving: bool,
     tries: u32,
     answer: watch::Sender<Option<Answer>>,
@@ -70,13 +70,13 @@ struct Task {
 #[derive(Debug)]
 struct Renderer {
     seen: Instant,
-    /// Calls of it that wait for work.
+    /// Number of its calls that wait for work.
     waiting: usize,
     drawn: u64,
     failed: u64,
 }
 
-/// What the queue says of a camera.
+/// Status of a camera in the queue.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CameraStatus {
     pub(super) followed: bool,
@@ -85,27 +85,27 @@ pub(super) struct CameraStatus {
     pub(super) missed: u64,
 }
 
-/// A renderer that is there.
+/// An active renderer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RendererStatus {
-    /// Its name.
+    /// Name.
     pub name: Arc<str>,
-    /// Pictures that it has drawn.
+    /// Number of pictures that it has drawn.
     pub drawn: u64,
-    /// Tasks that it has.
+    /// Number of its present tasks.
     pub drawing: usize,
-    /// Tasks that it did not do.
+    /// Number of tasks that it failed.
     pub failed: u64,
 }
 
 /// A task for a renderer.
 #[derive(Clone, Debug)]
 pub struct PictureTask {
-    /// Unlike that of any other task of this daemon.
+    /// Id, unique for the life of this daemon.
     pub id: u64,
-    /// What is to be drawn.
+    /// Order to draw.
     pub order: Arc<PictureOrder>,
-    /// After that it goes to another renderer.
+    /// Time until the task goes to another renderer.
     pub time_left: Duration,
 }
 
@@ -115,10 +115,11 @@ impl PictureQueue {
         Self { bounds, last_task: 0, last_picture: 0, tasks, renderers, cameras }
     }
 
-    /// A client wants a picture. Who wants one of the same camera and of a state that is no newer, waits for the same.
+    /// Requests a picture for a client. Requests for the same camera share a task if it shows the requested
+    /// state or a newer one.
     ///
     /// # Errors
-    /// Returns an error if no renderer is there, or too many pictures are waited for.
+    /// Returns an error if there is no renderer, or clients wait for too many pictures.
     pub(super) fn ask(&mut self, order: PictureOrder, now: Instant) -> Result<Waiting, CallError> {
         self.expire(now);
         self.check_renderers(now)?;
@@ -146,7 +147,8 @@ impl PictureQueue {
         Ok(self.add(order, false, now))
     }
 
-    /// A picture of a camera's own rate is due, after so many that never were: it replaces one that no renderer has begun.
+    /// Adds a due picture at a camera's own rate, after `missed_before` missed samples. It replaces a due one
+    /// that no renderer has begun.
     pub(super) fn due(&mut self, order: PictureOrder, missed_before: u64, now: Instant) {
         self.expire(now);
         let Some((id, _)) = order.camera else { return };
@@ -184,10 +186,10 @@ impl PictureQueue {
         waiting
     }
 
-    /// A renderer begins to wait for work.
+    /// Notes that a renderer waits for work, and returns its name.
     ///
     /// # Errors
-    /// Returns an error if there are too many.
+    /// Returns an error if there are too many renderers.
     pub(super) fn begin_waiting(&mut self, name: &str, now: Instant) -> Result<Arc<str>, CallError> {
         self.expire(now);
         let known = self.renderers.get_key_value(name).map(|(name, _)| Arc::clone(name));
@@ -207,7 +209,7 @@ impl PictureQueue {
         Ok(name)
     }
 
-    /// It does not wait any more.
+    /// Notes that the renderer no longer waits.
     pub(super) fn end_waiting(&mut self, name: &str, now: Instant) {
         if let Some(renderer) = self.renderers.get_mut(name) {
             renderer.waiting = renderer.waiting.saturating_sub(1);
@@ -215,7 +217,7 @@ impl PictureQueue {
         }
     }
 
-    /// The oldest task that is not being drawn, of those that this renderer may draw.
+    /// Returns the oldest pending task among those that this renderer may draw.
     pub(super) fn next(
         &mut self,
         renderer: &Arc<str>,
@@ -230,14 +232,16 @@ impl PictureQueue {
         Some(PictureTask { id: *id, order: Arc::clone(&task.order), time_left: self.bounds.drawing })
     }
 
-    /// When the next task is taken from its renderer. One whose picture is being looked at is not, however late it is.
+    /// Returns when the next task is taken from its renderer. A task whose picture is being checked stays,
+    /// however late it is.
     pub(super) fn next_expiry(&self) -> Option<Instant> {
         let drawn = self.tasks.values().filter(|task| !task.is_arriving);
         let began = drawn.filter_map(|task| task.drawing.as_ref().map(|(_, began)| *began));
         began.min().map(|began| began + self.bounds.drawing)
     }
 
-    /// A picture for a task comes from a renderer: what it is to be, or `None` where nothing waits for it from there.
+    /// Begins the check of a renderer's picture: returns its order, or `None` if no task waits for it from
+    /// this renderer.
     pub(super) fn begin_put(
         &mut self,
         id: u64,
@@ -255,14 +259,15 @@ impl PictureQueue {
         Some(Arc::clone(&task.order))
     }
 
-    /// Who was sending a picture went: the task is drawn on, or goes to another renderer in time.
+    /// Notes that a renderer disconnected while it sent a picture: the task can still be drawn, or goes to
+    /// another renderer in time.
     pub(super) fn abandon_put(&mut self, id: u64) {
         if let Some(task) = self.tasks.get_mut(&id) {
             task.is_arriving = false;
         }
     }
 
-    /// Ends a task with the picture that was checked, or with why there is none. Returns whether it was waited for.
+    /// Ends a task with a checked picture or an error. Returns whether the task was waiting for it.
     pub(super) fn end_put(&mut self, id: u64, drawn: Result<Drawn, CallError>, now: Instant) -> bool {
         let Some(mut task) = self.tasks.remove(&id) else { return false };
         let Some((name, _)) = task.drawing.take() else { return false };
@@ -295,27 +300,28 @@ impl PictureQueue {
         true
     }
 
-    /// The newest picture of a camera, where it is of this state or of a newer one.
+    /// Returns the newest picture of a camera if it shows this state or a newer one.
     pub(super) fn of_state(&self, camera: u64, state_sequence: u64) -> Option<Arc<Picture>> {
         self.cameras.get(&camera)?.of_state(state_sequence)
     }
 
-    /// A camera's newest picture of its own rate, where it is newer than that of this number and not older than `since`.
+    /// Returns a camera's newest picture at its own rate if its number is above `after` and it is not older
+    /// than `since`.
     pub(super) fn of_rate(&self, camera: u64, after: u64, since: Option<Instant>) -> Option<Arc<Picture>> {
         self.cameras.get(&camera)?.of_rate(after, since)
     }
 
-    /// Pictures of a camera are wanted at its own rate, until then.
+    /// Requests pictures of a camera at its own rate until a time.
     ///
     /// # Errors
-    /// Returns an error if no renderer is there.
+    /// Returns an error if there is no renderer.
     pub(super) fn follow(&mut self, camera: u64, until: Instant, now: Instant) -> Result<(), CallError> {
         let entry = self.cameras.entry(camera).or_default();
         entry.followed_until = entry.followed_until.max(Some(until));
         self.check_renderers(now)
     }
 
-    /// The cameras whose own rate counts.
+    /// Returns the followed cameras.
     pub(super) fn followed(&self, now: Instant) -> impl Iterator<Item = u64> + '_ {
         let is_followed = move |camera: &Camera| camera.followed_until.is_some_and(|until| until > now);
         self.cameras.iter().filter(move |(_, camera)| is_followed(camera)).map(|(id, _)| *id)
@@ -331,7 +337,7 @@ impl PictureQueue {
         }
     }
 
-    /// Those that are there, by name.
+    /// Returns the active renderers, by name.
     pub(super) fn renderers(&self, now: Instant) -> Vec<RendererStatus> {
         let present = self.renderers.iter().filter(|(name, of)| self.is_present(name, of, now));
         let status = |(name, of): (&Arc<str>, &Renderer)| RendererStatus {
@@ -343,7 +349,7 @@ impl PictureQueue {
         present.map(status).collect()
     }
 
-    /// Drops what is kept of cameras that are gone.
+    /// Drops data of deleted cameras.
     pub(super) fn tidy(&mut self, is_there: impl Fn(u64) -> bool, now: Instant) {
         self.cameras.retain(|id, _| is_there(*id));
         self.expire(now);
@@ -360,7 +366,7 @@ impl PictureQueue {
     }
 
     /// # Errors
-    /// Returns an error if no renderer is there.
+    /// Returns an error if there is no active renderer.
     pub(super) fn check_renderers(&self, now: Instant) -> Result<(), CallError> {
         match self.renderers.iter().any(|(name, of)| self.is_present(name, of, now)) {
             true => Ok(()),
@@ -368,7 +374,7 @@ impl PictureQueue {
         }
     }
 
-    /// Takes tasks from renderers that do not answer, and drops what is not waited for any more.
+    /// Takes tasks from unresponsive renderers, and drops tasks that no client wants any more.
     fn expire(&mut self, now: Instant) {
         let Self { bounds, tasks, renderers, cameras, .. } = self;
         tasks.retain(|_, task| {
@@ -385,7 +391,7 @@ impl PictureQueue {
                     task.answer.send_replace(Some(Err(CallError::PictureFailed { why })));
                     return false;
                 }
-                // Of a camera's own rate the next one is due already.
+                // At a camera's own rate, the next picture is already due.
                 if task.is_due && task.answer.receiver_count() == 0 {
                     if let Some((camera, _)) = &task.order.camera {
                         cameras.entry(*camera).or_default().missed += 1;
@@ -393,7 +399,7 @@ impl PictureQueue {
                     return false;
                 }
             }
-            // One that is due does not hold its state until a renderer comes.
+            // A due picture does not hold its state until a renderer arrives.
             let is_awaited = task.is_due && now.saturating_duration_since(task.since) < PRESENT;
             is_awaited || task.drawing.is_some() || task.answer.receiver_count() > 0
         });

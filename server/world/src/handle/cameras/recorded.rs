@@ -1,4 +1,4 @@
-//! Pictures for recordings: of each camera at its own rate, as renderers draw them.
+//! Pictures for recordings: for each camera at its own rate, as renderers draw them.
 
 use std::sync::{Arc, Weak};
 
@@ -10,12 +10,12 @@ use crate::handle::{Inner, SimHandle};
 use crate::recording::camera_message::ImageKind;
 use crate::recording::images::{CameraImage, ImagePlane, ImageSource, NoRenderer};
 
-/// Where a recording's pictures come from. It does not keep the world: a recording ends with that.
+/// Source of a recording's pictures. It does not keep the world alive: a recording ends with it.
 #[derive(Clone, Debug)]
 pub(in crate::handle) struct CameraImages(Weak<Inner>);
 
 impl SimHandle {
-    /// The pictures of all cameras, for a recording.
+    /// Returns the pictures of all cameras, for a recording.
     pub(in crate::handle) fn camera_images(&self) -> CameraImages {
         CameraImages(Arc::downgrade(&self.inner))
     }

@@ -1,4 +1,4 @@
-//! Those who draw: work for them, and what they drew.
+//! Calls of renderers: work for them, and their results.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use super::{Cameras, Drawn, PictureOrder, PictureTask};
 use crate::handle::{CallError, Cancelled, SimHandle};
 
 impl SimHandle {
-    /// The next task that is a renderer's to draw, waiting at most `timeout` for one.
+    /// Returns the next task for a renderer, waiting at most `timeout`.
     ///
     /// # Errors
     /// Returns an error if there are too many renderers, or the daemon drains.
@@ -31,7 +31,7 @@ impl SimHandle {
             if task.is_some() {
                 return Ok(task);
             }
-            // A task of one that does not answer is free by then.
+            // By then, a task of an unresponsive renderer is free.
             let wake = expiry.map_or(deadline, |expiry| expiry.min(deadline));
             match timeout_at(wake, self.until_drained(work_came)).await {
                 Ok(ended) => ended?,
@@ -41,10 +41,11 @@ impl SimHandle {
         }
     }
 
-    /// What a renderer drew for a task, or why it did not. Whether it was waited for from there.
+    /// Accepts a renderer's picture for a task, or the reason why there is none. Returns whether the task
+    /// waits for it from this renderer.
     ///
     /// # Errors
-    /// Returns an error if it is not what the task asks for: the task goes to another renderer in time.
+    /// Returns an error if the picture does not match the task, which then goes to another renderer in time.
     pub async fn put_picture(
         &self,
         id: u64,
@@ -72,14 +73,14 @@ impl SimHandle {
         Ok(was_waited_for)
     }
 
-    /// Whether the pictures of an order are this caller's to draw. Pictures from any point of view are of the whole world.
+    /// Returns whether this caller may draw an order. Pictures from any point of view show the whole world.
     fn may_draw(&self, order: &PictureOrder) -> bool {
         let robot = order.camera.as_ref().map(|(_, name)| [name.robot.as_str()]);
         self.check_robots(robot.as_ref().map(<[&str; 1]>::as_slice)).is_ok()
     }
 }
 
-/// A renderer waits for work; also one whose call ends before.
+/// Ends the wait of a renderer, also of one whose call ends early.
 struct EndWaiting<'h> {
     cameras: &'h Cameras,
     name: Arc<str>,
@@ -91,7 +92,7 @@ impl Drop for EndWaiting<'_> {
     }
 }
 
-/// A picture comes; also one whose call ends before it was looked at.
+/// Ends the arrival of a picture, also if its call ends before the check.
 struct Arriving<'h> {
     cameras: &'h Cameras,
     id: Option<u64>,
@@ -107,7 +108,7 @@ impl Drop for Arriving<'_> {
     fn drop(&mut self) {
         if let Some(id) = self.id {
             self.cameras.queue().abandon_put(id);
-            // Its time may be over: those who wait for work did not wait for that.
+            // The task's time may be over, which waiting renderers did not wait for.
             self.cameras.work_came.notify_waiters();
         }
     }

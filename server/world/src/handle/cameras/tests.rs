@@ -1,4 +1,4 @@
-//! The queue of pictures, with times of the tests' own.
+//! The queue of pictures, with given times.
 
 use bytes::Bytes;
 use tokio_util::sync::CancellationToken;
@@ -7,7 +7,7 @@ use super::super::testing::paused;
 use super::*;
 
 const SECOND: Duration = Duration::from_secs(1);
-/// Of a picture of 8 x 8 pixels in colour.
+/// Bytes of a picture of 8 x 8 pixels in colour.
 const BYTES: u64 = 8 * 8 * 3;
 
 fn bounds() -> Bounds {
@@ -39,7 +39,7 @@ fn drawn() -> Drawn {
     Drawn { color: Some(Plane { is_zlib: false, data }), ..Drawn::default() }
 }
 
-/// A state, and a queue with a renderer that is there.
+/// Returns a state, and a queue with an active renderer.
 async fn begun() -> (Arc<Published>, PictureQueue, Arc<str>, Instant) {
     let handle = paused();
     let (state, now) = (handle.newest(), Instant::now());
@@ -121,7 +121,7 @@ async fn of_a_cameras_own_rate_the_newest_is_drawn_and_the_others_are_counted() 
     assert!(draw(&mut queue, &renderer, now) && !draw(&mut queue, &renderer, now));
     let camera = queue.camera(7, now);
     assert_eq!((camera.drawn, camera.missed), (1, 3));
-    // One that is given to a renderer is not taken away for a newer one, and after its time it is not drawn again.
+    // A task of a renderer is not replaced by a newer one, and after its time it is not drawn again.
     queue.due(order(&state, Some(7)), 2, now);
     let late = queue.next(&renderer, now, |_| true).unwrap();
     queue.due(order(&state, Some(7)), 0, now);

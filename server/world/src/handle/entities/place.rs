@@ -1,4 +1,4 @@
-//! What a load report says of the place to which a robot came.
+//! Findings of a load report about the robot's location.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,15 +11,17 @@ use super::super::SimHandle;
 use super::super::heavy::Cancelled;
 use crate::driver::Published;
 
-/// Maximum time that a load waits for the look at its place.
+/// Maximum time that a load waits for the check of its location.
 const LOOK_TIME: Duration = Duration::from_secs(3);
 
-/// Maximum number of links that a report names, below the surface of terrain and in other robots each.
+/// Maximum number of links that a report names, separately for links below the surface of terrain and links
+/// in other robots.
 const MAX_NAMED: usize = 8;
 
 impl SimHandle {
-    /// Adds links that are below the surface of terrain, of the robot that came or, if it is the terrain, of others; and links that
-    /// overlap other robots. Adds nothing if all permits for heavy reads are taken for 3 s, or if another robot has come by its name since.
+    /// Adds links that are below the surface of terrain, and links that overlap other robots. For a new
+    /// terrain, these are links of other robots below its surface. Adds nothing if all permits for heavy
+    /// reads are taken for 3 s, or if another robot has the name by then.
     pub(super) async fn report_place(&self, name: &str, model: &Arc<RobotModel>, report: &mut LoadReport) {
         let newest = self.newest();
         let found = newest.state.entity(name).filter(|(_, entity)| Arc::ptr_eq(&entity.model, model));
@@ -45,7 +47,7 @@ impl SimHandle {
             );
             findings
         };
-        // A load that is done does not wait for a busy machine: the look ends early.
+        // A completed load does not wait for a busy machine: the check ends early.
         let looked = tokio::time::timeout(LOOK_TIME, self.heavy(look)).await;
         report.findings.extend(looked.ok().and_then(Result::ok).unwrap_or_default());
     }
@@ -79,7 +81,7 @@ fn overlaps_other(name: &str, overlap: SpawnOverlap, free: Option<[f64; 3]>) -> 
         Some([x, y, z]) => format!(
             "delete {name:?} and load it where there is room, for instance with `--pose {x:.2},{y:.2},{z:.2}`"
         ),
-        // A plane has no place beside others.
+        // A plane cannot be put beside others.
         None => format!("put {name:?} or {robot:?} elsewhere"),
     };
     warning(

@@ -1,4 +1,4 @@
-//! Robots that get a new model.
+//! Reloading of robots.
 
 use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::Reload;
@@ -9,26 +9,26 @@ use crate::driver::Done;
 use crate::handle::{CallError, SimHandle};
 use crate::loading::{LoadedRobot, Reporter, Source, summary};
 
-/// A robot that has a new model now.
+/// A robot with a new model.
 #[derive(Clone, Debug)]
 pub struct Reloaded {
-    /// From when.
+    /// Moment from which it has the model.
     pub done: Done,
-    /// What was found.
+    /// Findings of the load.
     pub report: LoadReport,
-    /// The report in one line.
+    /// Summary of the report in one line.
     pub summary: String,
-    /// Joints that it did not have.
+    /// Joints that the old model did not have.
     pub added: Vec<String>,
-    /// Joints that it has no longer.
+    /// Joints that the new model does not have.
     pub removed: Vec<String>,
 }
 
 impl SimHandle {
-    /// Gives a robot a new model: from a new source, or from where it came from, read again.
+    /// Gives a robot a new model, from a new source or by reading its present source again.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot, and where the model cannot be read.
+    /// Returns an error if the robot does not exist, or the model cannot be read.
     pub async fn reload(
         &self,
         robot: String,

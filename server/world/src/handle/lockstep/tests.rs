@@ -6,7 +6,7 @@ use std::task::{Context, Poll, Waker};
 use super::super::testing::paused;
 use super::*;
 
-/// Returns on both of two threads at nearly the same moment.
+/// Returns on both of two threads at nearly the same time.
 fn meet(arrived: &AtomicUsize) {
     arrived.fetch_add(1, Ordering::SeqCst);
     while arrived.load(Ordering::SeqCst) & 1 == 1 {
@@ -14,14 +14,14 @@ fn meet(arrived: &AtomicUsize) {
     }
 }
 
-/// The refusal of each that is not to wait.
+/// Returns the refusals of two simultaneous requests.
 fn ask_twice_at_once(handle: &SimHandle, member: &str) -> Vec<String> {
     let (begun, asked) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let ask = || {
         let mut call = std::pin::pin!(handle.step_together(member, None, 1));
         meet(&begun);
         let polled = call.as_mut().poll(&mut Context::from_waker(Waker::noop()));
-        // One that goes away has not asked.
+        // A request whose caller disconnects does not count as asked.
         meet(&asked);
         match polled {
             Poll::Ready(answer) => Some(answer.unwrap_err().to_string()),
@@ -39,7 +39,7 @@ async fn of_two_requests_of_a_member_at_once_one_is_refused_and_the_other_waits(
     let handle = paused();
     let timeout = Duration::from_secs(3600);
     let (member, _) = handle.join_lockstep("twice", timeout, None).unwrap();
-    // The world waits for it.
+    // The world waits for this member.
     let _other = handle.join_lockstep("other", timeout, None).unwrap();
     for _ in 0..500 {
         let refused = ask_twice_at_once(&handle, &member);

@@ -1,9 +1,8 @@
-//! A mesh as binary glTF 2.0 (the Khronos specification, chapters 3.6 and 4), for viewers.
+//! Writes a mesh as binary glTF 2.0 (the Khronos specification, chapters 3.6 and 4), for viewers.
 //!
-//! Coordinates are those of the mesh: metres, and the axes of its file, as the physics has
-//! them. Formats that simd reads seldom have normals that can be trusted, so they are made here:
-//! edges that are bent more than [`CREASE`] stay sharp. Each material is a part of its own, and pictures are within the
-//! file, as they came.
+//! Coordinates are the mesh's: metres, in the axes of its file, as the physics uses them. Most formats that
+//! simd reads have no reliable normals, so they are computed here: edges that are bent by more than
+//! [`CREASE`] stay sharp. Each material is a separate part, and the file contains its pictures, unchanged.
 
 use std::sync::Arc;
 
@@ -13,10 +12,10 @@ use simd_model::robot::{Image, MeshAsset, Paint};
 mod materials;
 use materials::{Group, Materials};
 
-/// Cosine of the bend between two triangles from which their edge is drawn as one: 35 degrees.
+/// Cosine of the bend between two triangles up to which their edge is smoothed: 35 degrees.
 const CREASE: f64 = 0.82;
-/// Triangles about a corner at the most for which smoothing looks at each pair; about one of more, as the
-/// tip of a fine cone is, each triangle is flat.
+/// Maximum number of triangles at a corner for pairwise smoothing. With more, as at the tip of a fine cone,
+/// each triangle is flat.
 const PAIRED: usize = 64;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
@@ -28,17 +27,17 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// Corners with their normals, and triangles of them.
+/// Corners with their normals, and triangles between them.
 #[derive(Default)]
 struct Surface {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
-    /// In pictures; empty where there is none.
+    /// Texture coordinates; empty without a texture.
     uvs: Vec<[f32; 2]>,
     indices: Vec<u32>,
 }
 
-/// The file's bytes.
+/// Returns the file's bytes.
 pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     let surface = surface(mesh);
     let (least, most) = bounds(&surface.positions);
@@ -70,7 +69,7 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     let mut accessors = vec![positions, accessor(1, FLOAT, surface.normals.len(), "VEC3")];
     let mut attributes = serde_json::json!({ "POSITION": 0, "NORMAL": 1 });
     if uvs > 0 {
-        // Behind those of all groups.
+        // Their accessor follows those of all groups.
         attributes["TEXCOORD_0"] = serde_json::json!(2 + groups.len());
     }
     let (mut primitives, mut first) = (Vec::new(), 0);
@@ -110,10 +109,10 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     assemble(&json, &surface, &materials.images, bytes)
 }
 
-/// Different looks of one mesh; what goes beyond has none.
+/// Maximum number of different looks of a mesh; further ones are dropped.
 const MOST_LOOKS: usize = 64;
 
-/// The looks in the order of their first use, and the triangles' indices in the order of looks.
+/// Returns the looks in the order of their first use, and the triangles' indices in the order of looks.
 fn by_look<'m>(mesh: &'m MeshAsset, indices: &[u32]) -> (Vec<Group<'m>>, Vec<u32>) {
     let mut parts: Vec<(Vec<u32>, Option<&Paint>)> = Vec::new();
     let mut add = |from: usize, to: usize, mut paint: Option<&'m Paint>| {
@@ -139,7 +138,7 @@ fn by_look<'m>(mesh: &'m MeshAsset, indices: &[u32]) -> (Vec<Group<'m>>, Vec<u32
     (groups, parts.into_iter().flat_map(|(own, _)| own).collect())
 }
 
-/// Header and chunks. All lengths are multiples of four already.
+/// Returns the header and the chunks. All lengths are already multiples of four.
 fn assemble(json: &[u8], surface: &Surface, images: &[Arc<Image>], bytes: usize) -> Vec<u8> {
     let length = |bytes: usize| u32::try_from(bytes).unwrap_or(u32::MAX);
     let total = 12 + 8 + json.len() + 8 + bytes;
@@ -162,13 +161,13 @@ fn assemble(json: &[u8], surface: &Surface, images: &[Arc<Image>], bytes: usize)
     }
     for image in images {
         file.extend_from_slice(&image.bytes);
-        // The bytes before are a multiple of four.
+        // The preceding bytes are a multiple of four.
         file.resize(file.len().next_multiple_of(4), 0);
     }
     file
 }
 
-/// Smallest and largest of each coordinate.
+/// Returns the smallest and largest values of each coordinate.
 fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
     let mut bounds = ([f32::MAX; 3], [f32::MIN; 3]);
     for position in positions {
@@ -180,11 +179,11 @@ fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
     if positions.is_empty() { ([0.0; 3], [0.0; 3]) } else { bounds }
 }
 
-/// Gives each corner a normal: the mean of those triangles about it that are not bent away from
-/// the corner's own, by their areas. A corner with several normals or texture coordinates becomes several.
+/// Gives each corner a normal: the mean of the triangles at it that are not bent away from the corner's own,
+/// weighted by area. A corner with several normals or texture coordinates becomes several.
 fn surface(mesh: &MeshAsset) -> Surface {
     let corner = |index: u32| mesh.vertices.get(index as usize).copied().unwrap_or_default();
-    // Twice the area as its length.
+    // Vectors with twice the area as their length.
     let faces: Vec<DVec3> = mesh
         .triangles
         .iter()
@@ -230,7 +229,7 @@ fn surface(mesh: &MeshAsset) -> Surface {
     surface
 }
 
-/// Where each corner of each triangle is in a picture; empty where there is none.
+/// Returns the texture coordinates of each corner of each triangle; empty without a texture.
 fn uvs(mesh: &MeshAsset) -> Vec<[f32; 2]> {
     let mut uvs = Vec::new();
     for paint in &mesh.paints {
@@ -246,8 +245,8 @@ fn uvs(mesh: &MeshAsset) -> Vec<[f32; 2]> {
     uvs
 }
 
-/// The mean of the first triangles about a corner that are not bent away from one of them; of
-/// all where that one has no area.
+/// Returns the mean of the first triangles at a corner that are not bent away from `own`; of all if `own` has
+/// no area.
 fn smooth(own: Option<DVec3>, corners: &[u32], faces: &[DVec3]) -> DVec3 {
     let areas = corners.iter().take(PAIRED).filter_map(|at| faces.get(*at as usize / 3));
     let near = areas.filter(|area| own.is_none_or(|own| area.dot(own) > CREASE * area.length()));
@@ -258,10 +257,9 @@ fn single(vector: DVec3) -> [f32; 3] {
     vector.to_array().map(|value| value as f32)
 }
 
-/// Which corners of triangles are at each vertex, all in one array: triangle `t` has the
-/// corners `3 t`, `3 t + 1` and `3 t + 2`.
+/// Corners of triangles at each vertex, in one array. Triangle `t` has the corners from `3t` to `3t + 2`.
 struct About {
-    /// Of each vertex, where its corners end.
+    /// End of each vertex's corners.
     ends: Vec<usize>,
     corners: Vec<u32>,
 }
@@ -277,7 +275,7 @@ impl About {
         let mut end = 0;
         for slot in &mut ends {
             end += *slot;
-            // Where the vertex's corners begin, moved to their end while they are put in.
+            // Begin of the vertex's corners, which moves to their end while they are inserted.
             *slot = end - *slot;
         }
         let mut corners = vec![0; end];

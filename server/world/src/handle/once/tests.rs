@@ -9,7 +9,7 @@ fn named(name: &str) -> Scope {
     Scope::Named(Caller::said(name, Transport::Grpc).unwrap())
 }
 
-/// A request of the client "bench" over the first connection.
+/// Returns a request of the client "bench" over the first connection.
 fn asked(id: &str) -> IdentifiedRequest {
     IdentifiedRequest {
         scope: named("bench"),
@@ -25,7 +25,7 @@ fn text(text: &str) -> Outcome {
     Outcome { bytes: Ok(Bytes::copy_from_slice(text.as_bytes())), is_transient: false }
 }
 
-/// Work that counts how often it is done and answers with the count.
+/// Returns work that counts its executions and answers with the count.
 fn counted(count: &Arc<AtomicU32>) -> impl Future<Output = Outcome> + Send + 'static + use<> {
     let count = count.clone();
     async move {
@@ -34,7 +34,7 @@ fn counted(count: &Arc<AtomicU32>) -> impl Future<Output = Outcome> + Send + 'st
     }
 }
 
-/// An answer of so many bytes.
+/// Returns an answer of this size.
 async fn long(bytes: usize) -> Outcome {
     Outcome { bytes: Ok(vec![0; bytes].into()), is_transient: false }
 }
@@ -125,7 +125,7 @@ async fn a_secret_is_given_again_over_the_connection_that_asked_first_and_no_oth
         let other = IdentifiedRequest { peer, ..secret() };
         assert!(reused(answers.once(other, Ok(counted(&count))).await).contains("secret"));
     }
-    // Where callers cannot be distinguished, none gets it.
+    // If callers cannot be distinguished, none gets it.
     let answers = AnswerCache::new(&DaemonLimits::default());
     let unknown = || IdentifiedRequest { peer: None, ..secret() };
     answers.give(unknown(), &count).await;
@@ -199,7 +199,7 @@ async fn answers_and_refusals_that_are_too_large_together_push_out_the_oldest() 
     assert_eq!(answers.number(), 2);
     assert_eq!(answers.give(asked("a"), &count).await, "1", "the oldest is forgotten");
     assert!(answers.weight() <= MAX_WEIGHT);
-    // The newest stays, however long it is.
+    // The newest answer stays, whatever its size.
     answers.once(asked("d"), Ok(long(2 * MAX_WEIGHT))).await.unwrap();
     assert_eq!(answers.number(), 1);
     assert_eq!(answers.weight(), ENTRY + 2 + 2 * MAX_WEIGHT);
@@ -219,7 +219,7 @@ async fn answers_are_forgotten_after_a_time() {
     assert_eq!((answers.number(), answers.weight()), (0, 0));
 }
 
-/// Does the work of so many requests of one caller.
+/// Executes the work of `number` requests of one caller.
 async fn flood(answers: &AnswerCache, name: &str, number: usize, bytes: usize) {
     for id in 0..number {
         let asked = IdentifiedRequest { scope: named(name), ..asked(&format!("{id} of a flood")) };
@@ -288,7 +288,7 @@ async fn one_caller_leaves_others_room_for_requests_under_way() {
     for number in 0..KEPT - MAX_UNDER_WAY {
         begin("third", number).unwrap();
     }
-    // It has none under way itself.
+    // This caller has none in progress.
     let refused = answers.once(other(), Ok(counted(&count))).await.unwrap_err().to_string();
     assert!(refused.contains("under way, of all callers"), "{refused}");
     assert!(refused.contains("would be 1025, and the limit is 1024"), "{refused}");

@@ -1,10 +1,10 @@
-//! How much of the parameters one client may have: each counts as long as it is there.
+//! Share of one client in the parameters: each counts while it exists.
 
 use super::super::{CallError, SimHandle};
 use super::{Parameter, ParameterList};
 
 impl Parameter {
-    /// Of its own name, and of what it is bound to.
+    /// Returns the bytes of the parameter's name, and of its joint's.
     fn name_bytes(&self) -> usize {
         let bound = self.binding.as_ref().map_or(0, |binding| binding.robot.len() + binding.joint.len());
         self.name.len() + bound
@@ -12,10 +12,10 @@ impl Parameter {
 }
 
 impl SimHandle {
-    /// Puts a parameter into the list, instead of the one at an index or behind all others.
+    /// Inserts a parameter into the list, in place of the one at an index, or at the end.
     ///
     /// # Errors
-    /// Returns an error if its owner would have more than its share, with what is replaced out of the way.
+    /// Returns an error if its owner would have more than its share, not counting the replaced one.
     pub(super) fn insert_parameter(
         &self,
         list: &mut ParameterList,

@@ -16,7 +16,7 @@ fn pressed(name: &str, times: u64) -> ParameterChange {
     ParameterChange::Press { name: name.into(), times }
 }
 
-/// With a slider `speed` from 0 to 2 at 1, and a button `go`.
+/// Returns a handle with a slider `speed` from 0 to 2 at 1, and a button `go`.
 fn board() -> SimHandle {
     let handle = paused();
     handle.add_parameter("speed", slider(0.0, 2.0, 1.0), NameTaken::Refuse).unwrap();
@@ -172,7 +172,7 @@ async fn a_reader_that_waits_gets_the_newest_and_skips_what_was_between() {
     };
     let (read, ()) = tokio::join!(handle.next_parameters(seen, None), write);
     assert_eq!(read.unwrap().parameters[0].kind, slider(0.0, 2.0, 0.3));
-    // What the reader has from another life of the daemon may be ahead.
+    // The reader's version from before a restart may be larger.
     for version in [0, 1_000_000] {
         let read = handle.next_parameters(version, None).await.unwrap();
         assert_eq!(read, handle.parameters());
@@ -207,7 +207,7 @@ async fn a_name_that_is_taken_gets_the_first_number_that_is_free_as_it_is_writte
     assert_eq!(add("go_1"), "go_1_2");
 }
 
-/// All others wait while a name is looked for. That the name would be too long is not found then.
+/// All others wait during the search for a name. Its excessive length is not found then.
 #[tokio::test]
 async fn where_there_is_no_room_no_name_is_looked_for() {
     let handle = paused();
@@ -221,7 +221,7 @@ async fn where_there_is_no_room_no_name_is_looked_for() {
     assert!(matches!(refused, CallError::LimitExceeded { .. }), "{refused}");
 }
 
-/// As long as they are there; the process itself has no share.
+/// Each counts while it exists; the process itself has no share.
 #[tokio::test]
 async fn a_client_has_a_share_of_the_parameters_and_of_the_bytes_of_their_names() {
     let handle = paused();

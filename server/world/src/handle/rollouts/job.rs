@@ -1,4 +1,4 @@
-//! What the threads of a rollout share, and how long each of them computes in a row.
+//! Shared state of a rollout's threads, and the length of their slices.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -9,36 +9,36 @@ use tokio_util::sync::CancellationToken;
 
 use crate::fair_permits::Permit;
 
-/// How long one goes on before others run: a step of each of some copies at least.
+/// Length of a slice, in which at least one step of some copies is made.
 pub(super) const SLICE: Duration = Duration::from_millis(10);
-/// Questions that are answered without a look at the clock in a row, at the most.
+/// Maximum number of consecutive queries without a look at the clock.
 const MOST_UNLOOKED: u32 = 15;
-/// Where more passed since the last look, there is one at each question, and then at fewer and fewer again.
+/// If more time passed since the last look, each query looks; afterwards, looks become rarer.
 const BETWEEN_LOOKS: Duration = Duration::from_micros(100);
-/// A step that took longer is followed by one that can be interrupted.
+/// Duration beyond which the next step is interruptible.
 const LONG_STEP: Duration = Duration::from_millis(2);
 
-/// Says while a rollout is computed how many copies are done.
+/// Number of completed copies while a rollout is computed.
 pub type CopiesDone = Arc<AtomicUsize>;
 
-/// What the threads of a rollout share.
+/// Shared state of a rollout's threads.
 #[derive(Debug)]
 pub(super) struct Job {
     pub(super) rollout: Rollout,
     next: AtomicUsize,
     pub(super) done: CopiesDone,
     pub(super) results: Mutex<Vec<Option<BatchResult>>>,
-    /// Those of slices that ended: each may be in the midst of a batch, and there is a slice to come for each.
+    /// Workers of paused slices: each may be within a batch, and a later slice continues it.
     workers: Mutex<Vec<Worker>>,
-    /// The last step that was timed took long, in whichever slice.
+    /// Whether the last timed step of any slice took long.
     has_long_steps: AtomicBool,
-    /// No caller waits for it any more.
+    /// Whether no caller waits for it any more.
     pub(super) is_cancelled: AtomicBool,
     pub(super) draining: CancellationToken,
-    /// Nanoseconds of processor time.
+    /// Processor time, nanoseconds.
     pub(super) spent: AtomicU64,
     most: u64,
-    /// Until no thread computes any more.
+    /// Permit, held until the last thread has finished.
     pub(super) permit: Mutex<Option<Permit>>,
 }
 
@@ -69,7 +69,7 @@ impl Job {
         }
     }
 
-    /// Whether it is to end before it is done.
+    /// Returns whether it must end before it is done.
     fn is_over(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed) || self.is_too_long() || self.draining.is_cancelled()
     }
@@ -78,7 +78,7 @@ impl Job {
         self.spent.load(Ordering::Relaxed) > self.most
     }
 
-    /// Computes for so long. Says whether there is more to do.
+    /// Computes for this time. Returns whether there is more to do.
     pub(super) fn slice(&self, length: Duration) -> bool {
         let slice = Slice::begin(self, length);
         let goes_on = self.compute(&slice);
@@ -119,21 +119,21 @@ impl Job {
     }
 }
 
-/// How long a thread has computed a rollout since it got its permit. One thread asks it.
+/// Measures how long a thread has computed a rollout since it got its permit. Only one thread uses it.
 #[derive(Debug)]
 struct Slice<'a> {
     job: &'a Job,
     begun: Instant,
     length: u64,
-    /// Nanoseconds after its begin: the last look at the clock.
+    /// Last look at the clock, nanoseconds after its begin.
     looked: AtomicU64,
-    /// The same: the look that the last step began after.
+    /// Look that preceded the last step, nanoseconds after its begin.
     stepped: AtomicU64,
-    /// Questions until the next look, and between the last two.
+    /// Queries until the next look; `between` is their number between the last two.
     left: AtomicU32,
     between: AtomicU32,
     has_stepped: AtomicBool,
-    /// Once it is, it stays so.
+    /// Whether the rollout is over, which is final.
     is_over: AtomicBool,
 }
 
@@ -156,7 +156,7 @@ impl<'a> Slice<'a> {
         }
     }
 
-    /// Looks at the clock, and whether the rollout is to end.
+    /// Looks at the clock, and checks whether the rollout must end.
     fn look(&self) {
         let now = nanoseconds(self.begun.elapsed());
         let passed = now.saturating_sub(self.looked.load(Ordering::Relaxed));
@@ -173,7 +173,8 @@ impl<'a> Slice<'a> {
         }
     }
 
-    /// The same where it is time for that: at each question where what is computed in between takes long. Whether it was.
+    /// Looks if it is time for it: at each query if the work in between takes long. Returns whether it
+    /// looked.
     fn look_sometimes(&self) -> bool {
         match self.left.load(Ordering::Relaxed) {
             0 => self.look(),
@@ -185,7 +186,7 @@ impl<'a> Slice<'a> {
         true
     }
 
-    /// Whether it has lasted for its length, as of the last look.
+    /// Returns whether its time was over at the last look.
     fn is_spent(&self) -> bool {
         self.looked.load(Ordering::Relaxed) >= self.length
     }
@@ -200,7 +201,7 @@ impl Schedule for Slice<'_> {
         if self.look_sometimes() {
             let looked = self.looked.load(Ordering::Relaxed);
             let took = looked.saturating_sub(self.stepped.swap(looked, Ordering::Relaxed));
-            // There was no step before the first question.
+            // No step precedes the first query.
             if has_stepped {
                 self.job.has_long_steps.store(took > nanoseconds(LONG_STEP), Ordering::Relaxed);
             }
@@ -208,12 +209,12 @@ impl Schedule for Slice<'_> {
         if self.is_over.load(Ordering::Relaxed) {
             return Err(Halt::Over);
         }
-        // However late a slice begins to compute, it does something.
+        // A slice makes at least one step, however late it begins.
         if has_stepped && self.is_spent() {
             return Err(Halt::Paused);
         }
         if !has_stepped {
-            // The first step is timed, so that one that takes the whole slice is known to.
+            // The first step is timed, so that one that takes the whole slice is noticed.
             self.left.store(0, Ordering::Relaxed);
             self.has_stepped.store(true, Ordering::Relaxed);
         }
@@ -240,7 +241,7 @@ mod tests {
 
     use super::*;
 
-    /// Copies of an empty world.
+    /// Returns a job with copies of an empty world.
     fn job(copies: usize, steps: u64) -> Job {
         let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
         let request = RolloutRequest { copies, steps, ..RolloutRequest::default() };
@@ -252,7 +253,7 @@ mod tests {
     fn a_slice_ends_in_the_midst_of_a_batch_and_the_next_one_goes_on_with_it() {
         let job = job(10, 5);
         let mut slices = 0;
-        // Each is over at once, and does a step of a copy.
+        // Each slice is over at once, and makes one step of a copy.
         while job.slice(Duration::ZERO) {
             slices += 1;
         }
@@ -266,7 +267,7 @@ mod tests {
     #[test]
     fn threads_that_compute_slices_in_turn_leave_no_batch_unfinished() {
         let job = job(20, 7);
-        // As many as there are threads: each is done once it says so, whichever worker it has got.
+        // As many as there are threads: each is done once its slice returns false, with any worker.
         let mut going = [true; 3];
         while going.contains(&true) {
             for goes_on in going.iter_mut().filter(|goes_on| **goes_on) {

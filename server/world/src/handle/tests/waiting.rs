@@ -1,4 +1,4 @@
-//! Waiting for the threads that read descriptions and files is counted by client.
+//! Waits for the threads that read descriptions and files are counted by client.
 
 use bytes::Bytes;
 use simd_model::robot::Sha256;
@@ -6,7 +6,7 @@ use simd_model::robot::Sha256;
 use super::*;
 use crate::handle::testing::{crowd, waits};
 
-/// They go on in tasks of their own, which do not know by themselves whose they are.
+/// They continue in separate tasks, which do not inherit the client's account.
 #[tokio::test]
 async fn uploads_and_recordings_wait_as_those_of_their_client() {
     let handle = paused();

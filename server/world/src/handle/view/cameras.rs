@@ -1,4 +1,4 @@
-//! Where the cameras of pages are, and where a client wants them to be.
+//! Cameras of pages, and the camera that a client requests for them.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,53 +8,53 @@ use tokio::time::Instant;
 
 use super::super::{Caller, SimHandle};
 
-/// Pages whose cameras are known; of more, the one goes that was silent for longest.
+/// Maximum number of pages with known cameras; beyond it, the page that was silent longest is dropped.
 const PAGES: usize = 64;
-/// How long after its last call a page is open.
+/// Time for which a page counts as open after its last call.
 const STAYS: Duration = Duration::from_secs(5);
 
 /// The camera of a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewCamera {
-    /// World axes, metres.
+    /// Position, world axes, metres.
     pub position: DVec3,
-    /// What it turns about: world axes, metres.
+    /// Point that it turns about, world axes, metres.
     pub target: DVec3,
-    /// World axes.
+    /// Up direction, world axes.
     pub up: DVec3,
-    /// Vertical, radians.
+    /// Vertical field of view, radians.
     pub field_of_view: f64,
-    /// Of the picture: its width and height, CSS pixels.
+    /// Width and height of the picture, CSS pixels.
     pub size: [u32; 2],
 }
 
-/// Where cameras are to be.
+/// Requested camera of all pages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraTarget {
-    /// Grows with each that was set.
+    /// Version, which grows with each request.
     pub version: u64,
-    /// World axes, metres.
+    /// Position, world axes, metres.
     pub position: DVec3,
-    /// What it looks at: world axes, metres.
+    /// Point that it looks at, world axes, metres.
     pub target: DVec3,
-    /// Vertical, radians; 0: as it is.
+    /// Vertical field of view, radians; 0 keeps the present one.
     pub field_of_view: f64,
 }
 
-/// The camera of a page that is open.
+/// The camera of an open page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PageCamera {
-    /// The page's name.
+    /// Name of the page.
     pub client: Arc<str>,
-    /// Where it is.
+    /// Present camera.
     pub camera: ViewCamera,
-    /// Since it last moved.
+    /// Time since it last moved.
     pub age: Duration,
-    /// The version of the newest target that it has followed.
+    /// Version of the newest request that it has followed.
     pub followed: u64,
 }
 
-/// Of all pages.
+/// Cameras of all pages.
 #[derive(Debug, Default)]
 pub(super) struct Cameras {
     pages: Vec<Page>,
@@ -71,12 +71,12 @@ struct Page {
 }
 
 impl Cameras {
-    /// What was set last.
+    /// Returns the last request.
     pub(super) fn target(&self) -> Option<CameraTarget> {
         self.target
     }
 
-    /// A page has called.
+    /// Notes a call of a page.
     pub(super) fn heard(&mut self, caller: &Caller, now: Instant) {
         if let Some(page) = self.pages.iter_mut().find(|page| page.caller == *caller) {
             page.heard = now;
@@ -99,7 +99,7 @@ impl Cameras {
         }
     }
 
-    /// Of those that are open, the one that moved last first.
+    /// Returns the cameras of open pages; the one that moved last comes first.
     fn open(&mut self, now: Instant) -> Vec<PageCamera> {
         self.pages.retain(|page| now.saturating_duration_since(page.heard) < STAYS);
         self.pages.sort_by_key(|page| std::cmp::Reverse(page.moved));
@@ -114,7 +114,7 @@ impl Cameras {
 }
 
 impl SimHandle {
-    /// A page says where its camera is, if it has moved, and which target it has followed.
+    /// Stores the camera of a page, if it has moved, and the version of the request that it has followed.
     pub fn report_camera(&self, page: &Caller, camera: Option<ViewCamera>, followed: u64) {
         let now = Instant::now();
         let mut state = self.inner.view.at(now);
@@ -125,7 +125,7 @@ impl SimHandle {
         state.cameras.heard(page, now);
     }
 
-    /// Moves the cameras of all pages. Answers with the version of the target.
+    /// Moves the cameras of all pages. Returns the version of the request.
     pub fn set_camera(&self, position: DVec3, target: DVec3, field_of_view: f64) -> u64 {
         let view = &self.inner.view;
         let set = view.change(Instant::now(), |state, _version| {
@@ -133,11 +133,11 @@ impl SimHandle {
             state.cameras.target = Some(CameraTarget { version, position, target, field_of_view });
             Ok((version, true))
         });
-        // Nothing refuses it.
+        // The change always succeeds.
         set.unwrap_or_default()
     }
 
-    /// The cameras of pages that are open, the one that moved last first, and what was set last.
+    /// Returns the cameras of open pages, the one that moved last first, and the last request.
     pub fn cameras(&self) -> (Vec<PageCamera>, Option<CameraTarget>) {
         let now = Instant::now();
         let mut state = self.inner.view.at(now);

@@ -1,4 +1,4 @@
-//! Colours that programs give links, in the place of those of their descriptions.
+//! Colours that programs give links, in place of those of their descriptions.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,42 +8,42 @@ use tokio::time::Instant;
 
 use super::super::{CallError, SimHandle};
 
-/// Links with a colour of their own at one time.
+/// Maximum number of links with a given colour.
 const LINKS: usize = 65_536;
 
 /// The colour of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkColor {
-    /// Whose link.
+    /// Name of the robot.
     pub robot: Arc<str>,
-    /// Which one.
+    /// Name of the link.
     pub link: Arc<str>,
-    /// Red, green, blue and alpha from 0 to 1; none is that of the description.
+    /// Red, green, blue and alpha from 0 to 1; `None` restores the description's colour.
     pub color: Option<[f64; 4]>,
 }
 
-/// A colour that a link has.
+/// A given colour of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GivenColor {
     /// Red, green, blue and alpha from 0 to 1.
     pub color: [f64; 4],
-    /// Of the robot's layout when it was given.
+    /// Version of the robot's layout when the colour was given.
     pub layout_version: u64,
 }
 
-/// By robot and link.
+/// Given colours by robot and link.
 pub(in crate::handle) type Given = BTreeMap<(Arc<str>, Arc<str>), GivenColor>;
 
-/// Of all robots.
+/// Given colours of all robots.
 #[derive(Debug, Default)]
 pub(super) struct Colors {
     given: Arc<Given>,
-    /// Of the view when they last changed.
+    /// Version of the view at their last change.
     version: u64,
 }
 
 impl Colors {
-    /// All there are, if they have changed since a version.
+    /// Returns all colours, if they have changed since a version.
     pub(super) fn since(&self, version: Option<u64>) -> Option<Arc<Given>> {
         let is_new = version.is_none_or(|version| self.version > version);
         (is_new && self.version > 0).then(|| Arc::clone(&self.given))
@@ -51,10 +51,10 @@ impl Colors {
 }
 
 impl SimHandle {
-    /// Gives links colours, all of them or none.
+    /// Sets colours of links, all of them or none.
     ///
     /// # Errors
-    /// Returns an error if there is no such robot or link, and where too many links have one.
+    /// Returns an error if a robot or link does not exist, or too many links have a colour.
     pub fn set_link_colors(&self, colors: Vec<LinkColor>) -> Result<(), CallError> {
         let robots: Vec<&str> = colors.iter().map(|color| &*color.robot).collect();
         self.note_robots(robots.iter().copied());
@@ -80,7 +80,7 @@ impl SimHandle {
         }
         self.inner.view.change(Instant::now(), |state, version| {
             let mut given = Given::clone(&state.colors.given);
-            // Of robots that are gone or were reloaded.
+            // Colours of deleted or reloaded robots are dropped.
             given.retain(|(robot, _), color| {
                 found(robot).is_some_and(|entity| entity.version == color.layout_version)
             });

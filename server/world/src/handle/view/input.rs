@@ -1,5 +1,5 @@
-//! Keys and mouse in pages, for programs that ask for them. Bounded: the newest win, and moves of a mouse that follow
-//! each other are one.
+//! Keyboard and mouse input of pages, for programs that ask for it. Bounded: the newest events win, and
+//! consecutive moves of a mouse are merged.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -10,41 +10,41 @@ use tokio::time::Instant;
 use super::super::{CallError, Caller, SimHandle};
 use super::View;
 
-/// Events that are kept.
+/// Number of events that are kept.
 const EVENTS: usize = 1_024;
-/// How long after a program has asked pages report.
+/// Time for which pages report after a program has asked.
 const ASKED_FOR: Duration = Duration::from_secs(5);
 
-/// Something that was done in a page.
+/// An input event of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputEvent {
-    /// Grows with each.
+    /// Number, which grows with each event.
     pub sequence: u64,
-    /// The page's name.
+    /// Name of the page.
     pub client: Arc<str>,
-    /// What it is.
+    /// Kind of event.
     pub kind: InputKind,
 }
 
-/// What was done.
+/// Kinds of input events.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InputKind {
     /// A key went down or up.
     Key {
-        /// As `KeyboardEvent.key` of browsers has it.
+        /// Value of `KeyboardEvent.key` of browsers.
         key: String,
-        /// As `KeyboardEvent.code` has it.
+        /// Value of `KeyboardEvent.code` of browsers.
         code: String,
-        /// Which of the two.
+        /// Whether it went down.
         is_down: bool,
     },
     /// The mouse moved, or a button of it went down or up.
     Mouse {
-        /// From the left and the top of the picture, CSS pixels.
+        /// Position from the left and the top of the picture, CSS pixels.
         at: [f64; 2],
-        /// None: it moved.
+        /// Button; `None` for a move.
         button: Option<MouseButton>,
-        /// Of the button.
+        /// Whether the button went down.
         is_down: bool,
     },
 }
@@ -52,50 +52,50 @@ pub enum InputKind {
 /// A button of a mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MouseButton {
-    /// The first one.
+    /// The first button.
     Left,
-    /// The wheel, where it can be pressed.
+    /// The wheel, if it can be pressed.
     Middle,
-    /// The second one.
+    /// The second button.
     Right,
 }
 
-/// What was done after a sequence.
+/// Input after a sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
-    /// Of the newest event.
+    /// Sequence of the newest event.
     pub sequence: u64,
-    /// In their order.
+    /// Events, in order.
     pub events: Vec<Arc<InputEvent>>,
-    /// Some before these are gone.
+    /// Whether earlier events are lost.
     pub missed: bool,
 }
 
-/// The last events.
+/// Log of the last events.
 #[derive(Debug, Default)]
 pub(super) struct InputLog {
     events: VecDeque<Arc<InputEvent>>,
-    /// Of the newest.
+    /// Sequence of the newest event.
     sequence: u64,
-    /// Events up to this sequence are gone.
+    /// Events up to this sequence are lost.
     gone: u64,
-    /// Until when programs ask for events; none: no program ever did.
+    /// Time until which programs ask for events; `None` if no program ever did.
     asked_until: Option<Instant>,
-    /// The one that asked last.
+    /// Program that asked last.
     asker: Arc<str>,
 }
 
 impl InputLog {
-    /// The program that asks for events, where one does.
+    /// Returns the program that asks for events, if any.
     pub(super) fn asks(&self, now: Instant) -> Option<Arc<str>> {
         self.asked_until.is_some_and(|until| now < until).then(|| Arc::clone(&self.asker))
     }
 
-    /// A program asks for events until then. Returns whether pages have to learn of it.
+    /// Notes that a program asks for events until `until`. Returns whether pages must be notified.
     fn ask(&mut self, asker: &Arc<str>, now: Instant, until: Instant) -> bool {
         let is_new = self.asks(now).is_none_or(|before| before != *asker);
         if self.asks(now).is_none() {
-            // What was done before it asked is not for it.
+            // The program does not get input from before its request.
             self.events.clear();
             self.gone = self.sequence;
         }
@@ -120,7 +120,8 @@ impl InputLog {
         }
     }
 
-    /// What there is after a sequence; a sequence that is ahead is from before a restart of the daemon.
+    /// Returns the events after a sequence; a larger sequence than the newest is from before a restart of the
+    /// daemon.
     fn after(&self, sequence: u64) -> Input {
         let events = self.events.iter().filter(|event| event.sequence > sequence).cloned().collect();
         let missed = sequence < self.gone || sequence > self.sequence;
@@ -131,7 +132,7 @@ impl InputLog {
 impl View {
     async fn input_after(&self, sequence: u64, deadline: Instant) -> Input {
         loop {
-            // Made before the look, so that an event between look and wait wakes it.
+            // Created before the look, so that an event in between wakes it.
             let came = self.input_came.notified();
             let now = Instant::now();
             let input = self.at(now).input.after(sequence);
@@ -147,7 +148,7 @@ impl View {
 }
 
 impl SimHandle {
-    /// A page says what was done in it. Returns whether a program asks for that; else it is dropped.
+    /// Stores input of a page. Returns whether a program asks for it; otherwise it is dropped.
     pub fn report_input(&self, page: &Caller, input: Vec<InputKind>) -> bool {
         let (view, now) = (&self.inner.view, Instant::now());
         let mut state = view.at(now);
@@ -162,8 +163,8 @@ impl SimHandle {
         is_asked_for
     }
 
-    /// Keys and mouse after a sequence, waiting for the first of them; without a sequence, only the newest sequence, at
-    /// once. Pages report them from now on, until five seconds after this call.
+    /// Returns keyboard and mouse events after a sequence, waiting for the first; without a sequence, only
+    /// the newest sequence, at once. Pages report them from now on, until five seconds after this call.
     ///
     /// # Errors
     /// Returns an error if the daemon drains before that, or the driver failed.

@@ -1,4 +1,5 @@
-//! Markers: lines, points and texts that programs draw. Bounded in number and bytes, in all and for each client.
+//! Markers: lines, points and texts that programs draw. Bounded in number and bytes, in total and for each
+//! client.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -12,70 +13,70 @@ use tokio_util::sync::CancellationToken;
 use super::super::{CallError, Owner, SimHandle};
 use crate::account::Account;
 
-/// Markers at one time, and those of one client.
+/// Maximum number of markers, in total and of one client.
 const MARKERS: usize = 4_096;
 const MARKERS_OF_CLIENT: usize = 3_072;
-/// Bytes of all of them, and of those of one client.
+/// Maximum bytes of markers, in total and of one client.
 const BYTES: usize = 16 << 20;
 const BYTES_OF_CLIENT: usize = 12 << 20;
-/// What a marker takes beside its points and texts.
+/// Memory of a marker beside its points and texts, bytes.
 const ENTRY: usize = 512;
-/// Ids of markers that are gone that are remembered, for pages.
+/// Number of remembered ids of deleted markers, for pages.
 const DELETED: usize = 4_096;
-/// How often it is looked for clients that are gone.
+/// Time between two checks for disconnected clients.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Something that is drawn.
+/// A drawn marker.
 #[derive(Clone, Debug)]
 pub struct Marker {
-    /// Never given to two.
+    /// Id, which is never used again.
     pub id: u64,
-    /// What it is.
+    /// Shape.
     pub shape: MarkerShape,
-    /// Red, green, blue and alpha from 0 to 1, of what has no colours of its own.
+    /// Red, green, blue and alpha from 0 to 1, for shapes without colours.
     pub color: Option<[f64; 4]>,
-    /// The robot that it moves with; empty for none.
+    /// Robot that it moves with; empty for none.
     pub robot: String,
-    /// Of the robot; empty for its root link.
+    /// Link of the robot; empty for its root link.
     pub link: String,
-    /// When it goes by itself.
+    /// Time at which it expires.
     pub expires: Option<Instant>,
-    /// Of the view when it last changed.
+    /// Version of the view at its last change.
     pub version: u64,
-    /// Who drew it.
+    /// Owner.
     pub owner: Owner,
-    /// Cancelled when that client is gone.
+    /// Cancelled when the client has disconnected.
     until: Option<CancellationToken>,
 }
 
-/// What a marker is.
+/// Shapes of markers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MarkerShape {
-    /// Straight lines.
+    /// Line segments.
     Lines {
-        /// Both ends of each: x, y, z, metres.
+        /// Both ends of each segment: x, y, z, metres.
         points: Vec<f32>,
-        /// Red, green, blue for each line, or none.
+        /// Red, green, blue for each segment, or empty.
         colors: Vec<f32>,
-        /// CSS pixels.
+        /// Width, CSS pixels.
         width: f32,
     },
     /// Dots.
     Points {
-        /// x, y, z of each, metres.
+        /// Coordinates x, y, z of each dot, metres.
         points: Vec<f32>,
-        /// Red, green, blue for each, or none.
+        /// Red, green, blue for each dot, or empty.
         colors: Vec<f32>,
-        /// CSS pixels.
+        /// Size, CSS pixels.
         size: f32,
     },
-    /// Words.
+    /// Text.
     Text {
-        /// What is written.
+        /// Content.
         text: String,
-        /// Where it begins, metres.
+        /// Begin of the text, metres.
         position: DVec3,
-        /// Along x with y up; none: it faces the camera.
+        /// Orientation, with text along x and y up; `None` faces the camera.
         orientation: Option<DQuat>,
         /// Height of a line, metres.
         size: f64,
@@ -85,22 +86,22 @@ pub enum MarkerShape {
 /// A marker to draw.
 #[derive(Clone, Debug)]
 pub struct NewMarker {
-    /// The id of the one whose place it takes, if that is still there; 0 for none.
+    /// Id of the marker that it replaces, if that still exists; 0 for none.
     pub replaces: u64,
-    /// What it is.
+    /// Shape.
     pub shape: MarkerShape,
-    /// Of what has no colours of its own.
+    /// Colour for shapes without colours.
     pub color: Option<[f64; 4]>,
-    /// The robot that it moves with; empty for none.
+    /// Robot that it moves with; empty for none.
     pub robot: String,
-    /// Of the robot; empty for its root link.
+    /// Link of the robot; empty for its root link.
     pub link: String,
-    /// How long it stays; none is until it is deleted.
+    /// Lifetime; `None` until it is deleted.
     pub life_time: Option<Duration>,
 }
 
 impl NewMarker {
-    /// Bytes.
+    /// Returns its size, bytes.
     fn weight(&self) -> usize {
         weight(&self.shape, &self.robot, &self.link)
     }
@@ -116,7 +117,7 @@ impl Marker {
             || self.until.as_ref().is_some_and(CancellationToken::is_cancelled)
     }
 
-    /// When it may be over.
+    /// Returns the next time at which it may end.
     fn next_look(&self, now: Instant) -> Option<Instant> {
         let look = self.until.as_ref().map(|_| now + LOOK);
         self.expires.into_iter().chain(look).min()
@@ -133,26 +134,26 @@ fn weight(shape: &MarkerShape, robot: &str, link: &str) -> usize {
     ENTRY + shape + robot.len() + link.len()
 }
 
-/// All of them.
+/// All markers.
 #[derive(Debug, Default)]
 pub(super) struct Markers {
-    /// By id, which is the order in which they were added.
+    /// Markers by id, which is the order in which they were added.
     by_id: BTreeMap<u64, Arc<Marker>>,
-    /// Ids that were given.
+    /// Last assigned id.
     given: u64,
-    /// Of all of them.
+    /// Share of all markers.
     total: Share,
-    /// Of clients that have one.
+    /// Shares of clients with markers.
     shares: BTreeMap<Account, Share>,
-    /// Version and id of those that went, the oldest first.
+    /// Version and id of deleted markers, oldest first.
     deleted: VecDeque<(u64, u64)>,
-    /// Those that went with this version, or before it, may not be remembered.
+    /// Deletions up to this version may not be remembered.
     forgotten: u64,
-    /// Nothing is over before then; none: nothing goes by itself.
+    /// No marker ends before this time; `None` if no marker expires.
     next_look: Option<Instant>,
 }
 
-/// What is counted.
+/// Counted markers and bytes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Share {
     markers: usize,
@@ -183,17 +184,18 @@ impl Share {
 }
 
 impl Markers {
-    /// When something may be over.
+    /// Returns the next time at which a marker may end.
     pub(super) fn next_look(&self) -> Option<Instant> {
         self.next_look
     }
 
-    /// Whether deletions after a version may be forgotten.
+    /// Returns whether deletions after a version may be forgotten.
     pub(super) fn has_forgotten(&self, version: u64) -> bool {
         version < self.forgotten
     }
 
-    /// Those that were added or replaced after a version, and the ids of those that went; or all there are.
+    /// Returns the markers added or replaced after a version, and the ids of deleted ones; without a version,
+    /// all markers.
     pub(super) fn since(&self, version: Option<u64>) -> (Vec<Arc<Marker>>, Vec<u64>) {
         let Some(version) = version else { return (self.by_id.values().cloned().collect(), Vec::new()) };
         let newer = self.by_id.values().filter(|marker| marker.version > version);
@@ -201,7 +203,7 @@ impl Markers {
         (newer.cloned().collect(), gone.collect())
     }
 
-    /// Drops those that are over. Returns whether there were any.
+    /// Drops markers that have ended. Returns whether there were any.
     pub(super) fn drop_over(&mut self, now: Instant, version: u64) -> bool {
         if self.next_look.is_none_or(|at| now < at) {
             return false;
@@ -248,7 +250,7 @@ impl Markers {
         }
     }
 
-    /// Refuses what would be too much of a client, with all that it replaces out of the way.
+    /// Refuses markers above the limits, not counting those that are replaced.
     fn check_room(&self, wanted: &[NewMarker], account: &Account) -> Result<(), CallError> {
         let mut total = self.total;
         let mut own = self.shares.get(account).copied().unwrap_or_default();
@@ -271,10 +273,11 @@ impl Markers {
 }
 
 impl SimHandle {
-    /// Draws markers, all or none. With `until` they go when it is cancelled. Answers with their ids.
+    /// Draws markers, all or none. With `until`, they are deleted when it is cancelled. Returns their ids.
     ///
     /// # Errors
-    /// Returns an error if a robot or link is not there or is not the caller's to change, where one that is another's would be replaced, and where there would be too many.
+    /// Returns an error if a robot or link does not exist or the caller may not change it. Also if another
+    /// owner's marker would be replaced, or there would be too many.
     pub fn add_markers(
         &self,
         wanted: Vec<NewMarker>,
@@ -309,10 +312,10 @@ impl SimHandle {
         })
     }
 
-    /// Takes markers away, all that are not another's where none is named. Answers with the ids of those that went.
+    /// Deletes markers; without ids, all that belong to no other owner. Returns the ids of the deleted ones.
     ///
     /// # Errors
-    /// Returns an error if one is another's; then none goes.
+    /// Returns an error if one belongs to another owner; then none is deleted.
     pub fn delete_markers(&self, ids: &[u64]) -> Result<Vec<u64>, CallError> {
         self.inner.view.change(Instant::now(), |state, version| {
             let markers = &mut state.markers;
@@ -320,7 +323,7 @@ impl SimHandle {
                 let own = markers.by_id.values().filter(|marker| self.owns(&marker.owner));
                 own.map(|marker| marker.id).collect()
             } else {
-                // Once each, however often it is named.
+                // Each counts once, however often it is named.
                 let named: BTreeSet<u64> = ids.iter().copied().collect();
                 named.into_iter().filter(|id| markers.by_id.contains_key(id)).collect()
             };
@@ -335,7 +338,7 @@ impl SimHandle {
         })
     }
 
-    /// The version of the view, and all markers in the order in which they were added.
+    /// Returns the version of the view, and all markers in the order in which they were added.
     pub fn markers(&self) -> (u64, Vec<Arc<Marker>>) {
         let state = self.inner.view.at(Instant::now());
         (state.version, state.markers.by_id.values().cloned().collect())
@@ -345,7 +348,7 @@ impl SimHandle {
         self.check_owner(|| format!("marker {}", marker.id), &marker.owner)
     }
 
-    /// Refuses a marker on what is not there.
+    /// Refuses a marker on a missing robot or link.
     fn check_parent(&self, marker: &NewMarker) -> Result<(), CallError> {
         if marker.robot.is_empty() {
             return Ok(());

@@ -25,7 +25,7 @@ fn ids(handle: &SimHandle) -> Vec<u64> {
     handle.markers().1.iter().map(|marker| marker.id).collect()
 }
 
-/// A client of its own, as limits know it.
+/// Returns a handle for a separate client, as limits know it.
 fn another(handle: &SimHandle) -> SimHandle {
     static NUMBER: AtomicU64 = AtomicU64::new(0);
     handle.of_account(Some(&Account::Connection(NUMBER.fetch_add(1, Ordering::Relaxed))))
@@ -62,7 +62,7 @@ async fn a_page_learns_what_was_added_replaced_and_deleted_since_it_asked() {
     let seen = change(&handle, added.version).await;
     assert_eq!(seen.markers.iter().map(|marker| marker.id).collect::<Vec<_>>(), [1, 3]);
     assert_eq!((seen.version, seen.deleted), (4, vec![2]));
-    // One that is gone is not replaced: its id is never used again.
+    // A deleted marker is not replaced: its id is never used again.
     assert_eq!(handle.add_markers(vec![NewMarker { replaces: 2, ..lines(1) }], None).unwrap(), [4]);
     assert_eq!(handle.delete_markers(&[]).unwrap(), [1, 3, 4]);
     let version = change(&handle, 0).await.version;
@@ -95,7 +95,7 @@ async fn a_marker_goes_when_its_time_is_over_and_those_that_wait_are_notified() 
     assert_eq!((gone.deleted, began.elapsed().as_secs()), (vec![1], 2));
     let gone = handle.next_view(gone.version, 60 * SECOND, None).await.unwrap();
     assert_eq!((gone.deleted, began.elapsed().as_secs()), (vec![3], 5));
-    // Replaced by one that stays, it stays.
+    // Replaced by a permanent one, it stays.
     let [id] = handle.add_markers(vec![lasting(1)], None).unwrap()[..] else { panic!("one") };
     handle.add_markers(vec![NewMarker { replaces: id, ..lines(1) }], None).unwrap();
     tokio::time::advance(60 * SECOND).await;
@@ -122,7 +122,7 @@ async fn there_is_room_for_others_whatever_one_client_draws() {
     one.add_markers(vec![lines(1); 3_072], None).unwrap();
     let refused = one.add_markers(vec![lines(1)], None).unwrap_err().to_string();
     assert!(refused.contains("would be 3073, and the limit is 3072"), "{refused}");
-    // To replace one takes no room.
+    // Replacing a marker takes no additional room.
     one.add_markers(vec![NewMarker { replaces: 1, ..lines(2) }], None).unwrap();
     other.add_markers(vec![lines(1); 1_024], None).unwrap();
     let refused = another(&handle).add_markers(vec![lines(1)], None).unwrap_err().to_string();
@@ -230,7 +230,7 @@ async fn input_is_reported_from_when_a_program_asks_until_it_no_longer_does() {
     let kinds: Vec<InputKind> = read.events.iter().map(|event| event.kind.clone()).collect();
     assert_eq!(kinds, [key("a", true), moved(2.0), key("a", false)], "moves are one");
     assert!(read.events.iter().all(|event| &*event.client == "viewer") && !read.missed);
-    // Another one that begins now does not get what was before.
+    // A program that begins now does not get earlier input.
     let late = handle.next_input(None, SECOND, None).await.unwrap();
     assert_eq!(late.sequence, read.sequence);
     tokio::time::advance(10 * SECOND).await;

@@ -1,28 +1,28 @@
-//! Materials of a glTF, and the pictures that they have.
+//! Materials of a glTF, and their pictures.
 
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 use simd_model::robot::{Image, ImageKind, Paint};
 
-/// Colour of what has none, as screens have it.
+/// Default colour, as in sRGB.
 const GREY: [f64; 3] = [0.8; 3];
-/// Of what has a picture and no colour: the picture as it is.
+/// Colour of a material with a picture but no colour, which leaves the picture unchanged.
 const WHITE: [f64; 3] = [1.0; 3];
 
-/// Indices of one look.
+/// Indices with one look.
 pub(super) struct Group<'m> {
-    /// `None` where the file says nothing, or too much.
+    /// Look; `None` if the file has none, or too many.
     pub(super) paint: Option<&'m Paint>,
     pub(super) count: usize,
 }
 
-/// Whether the file says anything of how it looks.
+/// Returns whether the file defines its look.
 pub(super) fn has_look(paint: &Paint) -> bool {
     paint.color.is_some() || paint.texture.is_some() || paint.alpha < 1.0
 }
 
-/// Whether two paints are one material.
+/// Returns whether two paints are one material.
 pub(super) fn is_alike(one: Option<&Paint>, other: Option<&Paint>) -> bool {
     let key = |paint: &Paint| {
         let image = paint.texture.as_ref().map(|texture| texture.image.sha256);
@@ -31,17 +31,17 @@ pub(super) fn is_alike(one: Option<&Paint>, other: Option<&Paint>) -> bool {
     one.map(key) == other.map(key)
 }
 
-/// Those of a file.
+/// Materials of a file.
 #[derive(Default)]
 pub(super) struct Materials {
     pub(super) written: Vec<Value>,
-    /// Each once.
+    /// Images, each once.
     pub(super) images: Vec<Arc<Image>>,
 }
 
 impl Materials {
-    /// Adds one and gives its index. It is dull. Where the file says nothing it has no name, so that a viewer knows that
-    /// the robot's description may choose.
+    /// Adds a material, and returns its index. It is matt. Without a look in the file it has no name, so that
+    /// a viewer knows that the robot's description may choose one.
     pub(super) fn add(&mut self, paint: Option<&Paint>) -> usize {
         let image = paint.and_then(|paint| paint.texture.as_ref()).map(|texture| &texture.image);
         let plain = if image.is_some() { WHITE } else { GREY };
@@ -49,7 +49,7 @@ impl Materials {
         let alpha = paint.map_or(1.0, |paint| paint.alpha);
         let mut material = json!({
             "name": if paint.is_some() { "of the file" } else { "" },
-            // Shells of one layer are common: both sides are drawn.
+            // Single-layer shells are common: both sides are drawn.
             "doubleSided": true,
             "pbrMetallicRoughness": {
                 "baseColorFactor": [red, green, blue, alpha], "metallicFactor": 0.0, "roughnessFactor": 0.8,
@@ -73,7 +73,7 @@ impl Materials {
         self.written.len() - 1
     }
 
-    /// Writes textures and images, whose views begin with this one.
+    /// Writes textures and images; `first_view` is the first view of the images.
     pub(super) fn write_images(&self, file: &mut Value, first_view: usize) {
         if self.images.is_empty() {
             return;
@@ -84,13 +84,13 @@ impl Materials {
     }
 }
 
-/// A PNG with a channel for it (ISO/IEC 15948, 11.2.2).
+/// Returns whether an image is a PNG with an alpha channel (ISO/IEC 15948, 11.2.2).
 fn has_alpha(image: &Image) -> bool {
     const COLOR_TYPE: usize = 25;
     image.kind == ImageKind::Png && image.bytes.get(COLOR_TYPE).is_some_and(|kind| matches!(kind, 4 | 6))
 }
 
-/// A part of a colour as light adds up, of what screens have (IEC 61966-2-1): glTF has it so.
+/// Converts a colour component from sRGB to linear (IEC 61966-2-1), as glTF requires.
 fn linear(part: f64) -> f64 {
     if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
 }

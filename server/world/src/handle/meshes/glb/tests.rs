@@ -1,4 +1,4 @@
-//! What is written is glTF, and of the mesh.
+//! The written file is valid glTF, and shows the mesh.
 
 use simd_model::robot::{ImageKind, Paint, Sha256, Texture};
 
@@ -15,7 +15,7 @@ fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> MeshAsset {
     }
 }
 
-/// A cube of side 1 about the origin, with the corners of neighbours shared.
+/// Returns a cube of side 1 about the origin, whose faces share corners.
 fn cube() -> MeshAsset {
     let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| bit as f64 - 0.5);
     let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -24,7 +24,7 @@ fn cube() -> MeshAsset {
     mesh(&std::array::from_fn::<_, 8, _>(corner), &triangles)
 }
 
-/// A ball of radius 1 of `rings` times `2 rings` sides.
+/// Returns a ball of radius 1 with `rings` times `2 rings` sides.
 fn ball(rings: u32) -> MeshAsset {
     let (around, turn) = (2 * rings, std::f64::consts::TAU / f64::from(2 * rings));
     let mut vertices = Vec::new();
@@ -47,7 +47,7 @@ fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
 }
 
-/// The JSON and the binary chunk, where the file's lengths are right.
+/// Returns the JSON and the binary chunk, after checks of the file's lengths.
 fn read(file: &[u8]) -> (serde_json::Value, Vec<u8>) {
     assert_eq!((word(file, 0), word(file, 4), word(file, 8) as usize), (MAGIC, VERSION, file.len()));
     let json = word(file, 12) as usize;
@@ -59,7 +59,7 @@ fn read(file: &[u8]) -> (serde_json::Value, Vec<u8>) {
     (serde_json::from_slice(&file[20..bin]).unwrap(), rest.to_vec())
 }
 
-/// Positions, normals and indices as the accessors say.
+/// Returns positions, normals and indices as the accessors define them.
 fn contents(file: &[u8]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>) {
     let (json, bytes) = read(file);
     assert_eq!(json["buffers"][0]["byteLength"], bytes.len());
@@ -67,7 +67,7 @@ fn contents(file: &[u8]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>) {
         let accessor = &json["accessors"][accessor];
         let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
         let (offset, length) = (view["byteOffset"].as_u64().unwrap(), view["byteLength"].as_u64().unwrap());
-        // Indices of several colours lie in one view.
+        // Indices of several colours share one view.
         let own = accessor["count"].as_u64().unwrap() as usize * size;
         let is_whole = own == length as usize || accessor["type"] == "SCALAR";
         assert!(is_whole, "{accessor}");
@@ -81,7 +81,7 @@ fn contents(file: &[u8]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>) {
     (vectors(0), vectors(1), part(2, 4).chunks(4).map(|at| word(at, 0)).collect())
 }
 
-/// Each corner of each triangle is where the mesh has it.
+/// Checks that each corner of each triangle is where the mesh has it.
 fn agrees(mesh: &MeshAsset) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>) {
     let file = write(mesh);
     let (positions, normals, indices) = contents(&file);
@@ -113,7 +113,7 @@ fn a_cube_keeps_its_edges_and_says_its_bounds() {
     assert_eq!(json["accessors"][0]["max"], serde_json::json!([0.5, 0.5, 0.5]));
 }
 
-/// The normal of a ball is its radius: to less than the angle between neighbouring sides.
+/// The normal of a ball is its radius, to less than the angle between neighbouring sides.
 #[test]
 fn a_ball_is_smooth() {
     let ball = ball(24);
@@ -128,7 +128,7 @@ fn a_ball_is_smooth() {
 #[test]
 fn what_has_no_area_or_too_many_neighbours_has_normals_all_the_same() {
     agrees(&mesh(&[[0.0; 3], [1.0, 0.0, 0.0]], &[[0, 0, 0], [0, 1, 0], [0, 1, 1]]));
-    // A million triangles about one corner, each pair of which would be too many.
+    // A million triangles at one corner, too many for pairwise smoothing.
     let rim = 1_000_000_u32;
     let point = |i: u32| {
         let (y, x) = (f64::from(i) * std::f64::consts::TAU / f64::from(rim)).sin_cos();
@@ -174,10 +174,10 @@ fn each_colour_is_a_part_of_its_own() {
     let color = &json["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"];
     let half = ((0.5 + 0.055) / 1.055_f64).powf(2.4);
     assert_eq!(color, &serde_json::json!([1.0, 0.0, half, 1.0]));
-    // What the file says nothing of has no name.
+    // A material without a look in the file has no name.
     let names = [0, 1].map(|n| json["materials"][n]["name"].as_str().unwrap());
     assert_eq!(names, ["", "of the file"]);
-    // A thousand colours are not a thousand parts.
+    // A thousand colours do not become a thousand parts.
     let rainbow = (0..12).map(|n| paint(n, Some([n as f64 / 12.0, 0.0, 0.0]))).collect();
     let (json, _) = read(&write(&MeshAsset { paints: rainbow, ..cube() }));
     assert_eq!(json["materials"].as_array().unwrap().len(), 12);
@@ -187,7 +187,8 @@ fn each_colour_is_a_part_of_its_own() {
     assert_eq!(json["materials"].as_array().unwrap().len(), MOST_LOOKS + 1);
 }
 
-/// Half of a cube has a picture, twice: it is in the file once, with the texture coordinates of corners, and nothing is lost of the rest.
+/// Half of a cube has a picture, twice: the file has it once, with the texture coordinates of corners, and
+/// the rest is complete.
 #[test]
 fn a_picture_is_in_the_file_once_and_corners_have_their_places_in_it() {
     let bytes: Arc<[u8]> = Arc::from(&b"seven b"[..]);
@@ -240,6 +241,6 @@ fn a_picture_is_in_the_file_once_and_corners_have_their_places_in_it() {
         let uvs = part(&uvs["bufferView"]);
         seen.push([number(uvs, 2 * first), number(uvs, 2 * first + 1)]);
     }
-    // What has no picture is first, then what has one without a colour, then the other.
+    // Corners without a picture come first, then those with a picture without a colour, then the other.
     assert_eq!(seen, [[0.0, 0.0], [0.25, 0.0], [0.75, 0.0]]);
 }
