@@ -1,14 +1,14 @@
-//! Descriptions and assets, from uploads and from disk, to robots.
+//! Reads robots from descriptions and assets, which come from uploads and from the disk.
 //!
-//! * `store`, `partial`: what was uploaded.
-//! * `disk`: what lies on the daemon's own disk.
+//! * `store`, `partial`: uploaded files.
+//! * `disk`: files on the daemon's own disk.
 //! * `decoded`: meshes in memory, shared by robots.
-//! * `reading`: from there to a model.
-//! * `progress`: how far that is.
-//! * `source`: what clients say and learn of a description. `uploads`: how it comes.
-//! * `xacro`: xacro files to URDFs.
-//! * `saved states`: states of the world out to a file and in from one; [`saved_state_file`]: its bytes.
-//! * Here: what is kept of it all, and which robot came from where.
+//! * `reading`: models from descriptions.
+//! * `progress`: progress of a load.
+//! * `source`: sources of descriptions, and facts about them. `uploads`: their upload.
+//! * `xacro`: URDFs from xacro files.
+//! * `saved states`: saved states to and from files; [`saved_state_file`]: the bytes of such files.
+//! * Here: everything that is stored, and the source of each robot.
 
 mod decoded;
 mod disk;
@@ -54,10 +54,10 @@ use partial::Partials;
 use reading::Used;
 use store::Store;
 
-/// Descriptions that are read at one time: the physics thread wants a core too.
+/// Maximum number of descriptions read at one time: the physics thread wants a core too.
 const CONCURRENT_READS: usize = 2;
 
-/// Keeps uploads and knows where robots came from.
+/// Stores uploads and the sources of robots.
 #[derive(Debug)]
 pub struct Loader {
     limits: DaemonLimits,
@@ -65,7 +65,7 @@ pub struct Loader {
     threads: Arc<BlockingThreads>,
     read_permits: Arc<FairPermits>,
     decoded: Arc<Decoded>,
-    /// Held for a look or a change, never while something is read or hashed.
+    /// Locked for a look or a change, never during a read or a hash.
     cache: Mutex<Cache>,
 }
 
@@ -73,13 +73,12 @@ pub struct Loader {
 struct Cache {
     store: Store,
     partials: Partials,
-    /// By the address of the model, which no other one gets while this is here.
+    /// Sources by the address of the model, which no other model gets while this entry exists.
     known: BTreeMap<usize, Known>,
 }
 
-/// Where a model came from. Lives as long as the model does, be it in the world,
-/// in a kept saved state, or held by a call: so a robot that a saved state brings
-/// back still has its description and its meshes.
+/// Source of a model. It lives as long as the model, which the world, a saved state or a call may hold. So a
+/// robot from a restored state still has its description and its meshes.
 #[derive(Debug)]
 pub(crate) struct Known {
     model: Weak<RobotModel>,
@@ -87,17 +86,17 @@ pub(crate) struct Known {
     pub(crate) description: Sha256,
     pub(crate) scale: f64,
     pub(crate) mesh_shapes: MeshShapes,
-    /// Its root link cannot move.
+    /// Whether the root link cannot move.
     pub(crate) fixed_base: bool,
-    /// The SRDF beside the description, if there is one.
+    /// SRDF beside the description, if any.
     pub(crate) srdf: Option<Sha256>,
-    /// The description, the files and the SRDF.
+    /// Files that are kept for the model: description, assets and SRDF.
     pinned: Vec<Sha256>,
 }
 
 impl Loader {
     /// # Errors
-    /// Returns an error if an asset root is not a folder that can be read, with that root.
+    /// Returns the asset root that is not a readable folder, and the error.
     pub fn new(
         limits: DaemonLimits,
         asset_roots: &[PathBuf],
@@ -127,7 +126,7 @@ impl Loader {
         self.cache.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Threads for work that takes long.
+    /// Returns the threads for long work.
     pub(crate) fn threads(&self) -> &BlockingThreads {
         &self.threads
     }
@@ -154,7 +153,7 @@ impl Loader {
         Err(CallError::LimitExceeded { what: "the size of the description in bytes".into(), value, limit })
     }
 
-    /// Keeps what a robot was made from for as long as its model lives.
+    /// Keeps a robot's source for as long as its model lives.
     fn keep(
         &self,
         model: &Arc<RobotModel>,
@@ -165,7 +164,7 @@ impl Loader {
     ) -> Result<(), CallError> {
         let Used { description, urdf, files, uris, made } = used;
         let kept = |mut assets: BTreeMap<String, Sha256>, mut missing: BTreeMap<String, Vec<String>>| {
-            // What a client says of files that the description does not name is not kept.
+            // Facts from a client about files that the description does not name are dropped.
             assets.retain(|uri, _| uris.contains(uri));
             missing.retain(|uri, _| uris.contains(uri));
             assets.extend(made);
@@ -190,7 +189,7 @@ impl Loader {
                 cache.store.unpin(&pinned);
                 return Err(full);
             }
-            // At once, lest the next one takes its room.
+            // Pinned at once, or the next file could take its room.
             cache.store.pin(&[sha256]);
             pinned.push(sha256);
         }
@@ -205,15 +204,14 @@ impl Loader {
         Ok(())
     }
 
-    /// Keeps a file as an upload is kept.
+    /// Stores a file like an upload.
     pub(crate) fn insert(&self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
         let mut cache = self.lock();
         cache.release_unused();
         cache.store.insert(sha256, bytes)
     }
 
-    /// Drops what is unused: uploads that were abandoned, files that no robot uses, and what
-    /// belonged to robots that are gone.
+    /// Drops unused data: abandoned uploads, files that no robot uses, and sources of deleted robots.
     pub(crate) fn tidy(&self, now: Instant) {
         let mut cache = self.lock();
         cache.release_unused();
@@ -223,7 +221,7 @@ impl Loader {
         self.decoded.tidy();
     }
 
-    /// Bytes of all files and of what is kept with robots and uploads.
+    /// Returns the bytes of all files, and of data kept for robots and uploads.
     #[cfg(test)]
     pub(crate) fn held(&self) -> usize {
         let cache = self.lock();
@@ -245,7 +243,7 @@ impl Loader {
 }
 
 impl Cache {
-    /// Releases the files of models that are gone.
+    /// Releases the files of models that no longer exist.
     fn release_unused(&mut self) {
         let Self { store, known, .. } = self;
         known.retain(|_, known| {

@@ -1,11 +1,12 @@
-//! Recordings of the world: what the driver tells, written into files of MCAP by a thread of its own, and replayed.
+//! Recordings of the world: entries of the driver, which a separate thread writes into MCAP files, and their
+//! replay.
 //!
-//! * Here: which recording is being made, and which there are.
-//! * `names`: how they are called, and which files they consist of.
-//! * `writer`: the thread. `file`: one file. `commands`: commands as bytes and back.
-//! * `ros`: what other tools show. `readings`: what sensors measured; [`sensor_message`]: as messages of ROS 2.
-//! * [`images`]: what cameras saw; [`camera_message`]: as messages of ROS 2.
-//! * `reading`: what a file has, of which nothing is trusted. [`replay`]: the same run again, compared.
+//! * Here: the running recording, and the recordings on the disk.
+//! * `names`: names of recordings and of their files.
+//! * `writer`: the thread. `file`: one file. `commands`: commands to and from bytes.
+//! * `ros`: data for other tools. `readings`: readings of sensors; [`sensor_message`]: their ROS 2 messages.
+//! * [`images`]: pictures of cameras; [`camera_message`]: their ROS 2 messages.
+//! * `reading`: reads untrusted files. [`replay`]: repeats a run and compares it.
 
 pub mod camera_message;
 mod commands;
@@ -40,21 +41,22 @@ use crate::driver::{
 use crate::files;
 use crate::loading::Loader;
 
-/// Bytes that may wait for the disk.
+/// Maximum bytes that wait for the disk.
 const WAITING_BYTES: usize = 64 << 20;
-/// Bytes of all recordings where the configuration says nothing else.
+/// Default limit of all recordings together, bytes.
 pub const DEFAULT_MAX_BYTES: u64 = 10 << 30;
-/// Bytes of pictures in a second where the configuration says nothing else: 640 x 480 pixels in colour, 30 times a second.
+/// Default limit of pictures, bytes per second: 640 x 480 pixels in colour, 30 times per second.
 const DEFAULT_PICTURE_BYTES: u64 = 32 << 20;
 
-/// Where recordings are kept.
+/// Settings of recordings.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// The folder; `None`: no recording can be made.
+    /// Folder; `None` disables recordings.
     pub directory: Option<PathBuf>,
-    /// Of all of them together.
+    /// Maximum bytes of all recordings together.
     pub max_bytes: u64,
-    /// Of the pictures of all cameras in a second, before the file packs them; 0: none are recorded.
+    /// Maximum bytes per second of all cameras' pictures, before compression by the file; 0 disables
+    /// pictures.
     pub picture_bytes: u64,
 }
 
@@ -64,46 +66,46 @@ impl Default for Settings {
     }
 }
 
-/// How a recording is to be made.
+/// Options of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordingRequest {
-    /// Empty: the time.
+    /// Name; if empty, the present time.
     pub name: String,
-    /// Joint states and link poses, simulated seconds between them; `None`: none.
+    /// Simulated seconds between recorded joint states and link poses; `None` disables them.
     pub state_period: Option<f64>,
-    /// Wall time that is kept at least; `None`: everything.
+    /// Minimum wall time that is kept; `None` keeps everything.
     pub keep_last: Option<Duration>,
-    /// Of its files.
+    /// Maximum bytes of its files.
     pub max_bytes: Option<u64>,
     /// Wall time after which it ends.
     pub max_duration: Option<Duration>,
 }
 
-/// Whether a recording is being made, was completed, or was not.
+/// State of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingState {
-    /// It is being made.
+    /// It is running.
     Recording,
     /// Its files are complete.
     Complete,
-    /// Its last file was not completed.
+    /// Its last file is incomplete.
     Unfinished,
 }
 
 /// A recording on the disk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordingInfo {
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// Whether it is complete.
+    /// State.
     pub state: RecordingState,
-    /// Names and sizes of its files, in their order.
+    /// Names and sizes of its files, in order.
     pub files: Vec<(String, u64)>,
-    /// When the last of them was written to.
+    /// Time of the last write to the last file.
     pub modified: Option<SystemTime>,
 }
 
-/// What is in the complete files of a recording.
+/// Contents of the complete files of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordingContents {
     /// Topic, schema and number of messages.
@@ -112,29 +114,29 @@ pub struct RecordingContents {
     pub duration: f64,
 }
 
-/// How messages of the schema are written: wire types are made further up.
+/// Encoders of messages of the schema: wire types are known only in a higher layer.
 #[derive(Clone, Copy, Debug)]
 pub struct Encoders {
-    /// `simd.v1.Event`.
+    /// Encoder of `simd.v1.Event`.
     pub event: fn(&LoggedEvent) -> Vec<u8>,
-    /// `simd.v1.GetContactsResponse`.
+    /// Encoder of `simd.v1.GetContactsResponse`.
     pub contacts: fn(&Published) -> Vec<u8>,
-    /// `simd.v1.LoadReport`, and the report in one line.
+    /// Encoder of `simd.v1.LoadReport`, with its summary in one line.
     pub report: fn(&LoadReport, &str) -> Vec<u8>,
-    /// `simd.v1.SensorReading`.
+    /// Encoder of `simd.v1.SensorReading`.
     pub reading: fn(&LoggedReading) -> Vec<u8>,
 }
 
-/// The recordings of a daemon.
+/// Recordings of a daemon.
 #[derive(Clone, Debug)]
 pub struct Recordings {
     settings: Arc<Settings>,
     encoders: Encoders,
-    /// The one that is being made. Held for a look or a change.
+    /// The running recording. Locked for a look or a change.
     running: Arc<Mutex<Option<Running>>>,
 }
 
-/// A recording that is being made.
+/// A running recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Running {
     pub(crate) name: Arc<str>,
@@ -143,7 +145,7 @@ pub(crate) struct Running {
     pub(crate) done: CancellationToken,
 }
 
-/// What a writer has of the daemon.
+/// Parts of the daemon that a writer uses.
 pub(crate) struct RecordingSources {
     pub(crate) daemon: String,
     pub(crate) loader: Arc<Loader>,
@@ -154,12 +156,12 @@ pub(crate) struct RecordingSources {
 }
 
 impl Recordings {
-    /// Those in the folder.
+    /// Manages the recordings in the folder of the settings.
     pub fn new(settings: Settings, encoders: Encoders) -> Self {
         Self { settings: Arc::new(settings), encoders, running: Arc::default() }
     }
 
-    /// Of a daemon that can make none.
+    /// Makes the recordings of a daemon that cannot record.
     #[cfg(any(test, feature = "testing"))]
     pub fn none() -> Self {
         let encoders = Encoders {
@@ -175,7 +177,7 @@ impl Recordings {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The one that is being made.
+    /// Returns the running recording.
     pub(crate) fn running(&self) -> Option<Running> {
         self.lock().clone()
     }
@@ -187,10 +189,12 @@ impl Recordings {
         ))
     }
 
-    /// Opens the first file and starts the thread that writes it. What the driver is to tell it is asked for by the caller.
+    /// Opens the first file, and starts the thread that writes it. The caller then connects its queue to the
+    /// driver.
     ///
     /// # Errors
-    /// Returns an error if there is no folder, another one is being made, the name is taken, or the file cannot be made.
+    /// Returns an error if no folder is configured, another recording runs, the name is taken, or the file
+    /// cannot be created.
     pub(crate) fn begin(
         &self,
         request: RecordingRequest,
@@ -213,7 +217,7 @@ impl Recordings {
         let begun = self.start_writer(directory, request, sources, running.clone());
         if begun.is_err() {
             *self.lock() = None;
-            // Who asked it to end meanwhile waits for that.
+            // Callers that asked it to end in the meantime wait for this.
             running.done.cancel();
         }
         begun.map(|()| running)
@@ -264,10 +268,10 @@ impl Recordings {
             .map_err(|error| CallError::Internal { message: format!("there is no thread: {error}") })
     }
 
-    /// All of them, by name.
+    /// Returns all recordings, by name.
     ///
     /// # Errors
-    /// Returns an error if there is no folder, or it cannot be read.
+    /// Returns an error if no folder is configured, or it cannot be read.
     pub(crate) fn list(&self) -> Result<Vec<RecordingInfo>, CallError> {
         let directory = self.directory()?;
         let mut all = list(directory).map_err(|error| unusable(directory, &error))?;
@@ -280,10 +284,10 @@ impl Recordings {
         Ok(all)
     }
 
-    /// One of them.
+    /// Finds a recording by its name.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording.
+    /// Returns an error if the recording does not exist.
     pub(crate) fn find(&self, name: &str) -> Result<RecordingInfo, CallError> {
         let mut all = self.list()?;
         match all.iter().position(|info| info.name == name) {
@@ -295,10 +299,10 @@ impl Recordings {
         }
     }
 
-    /// What is in one of them, where its files are complete.
+    /// Returns the contents of a recording's complete files.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording, or it cannot be read.
+    /// Returns an error if the recording does not exist, or cannot be read.
     pub(crate) fn contents(
         &self,
         info: &RecordingInfo,
@@ -309,10 +313,10 @@ impl Recordings {
         reading::contents(directory, names, is_cancelled).map_err(|error| unusable(directory, &error))
     }
 
-    /// A part of one of its files, and the size of that.
+    /// Returns a part of a recording's file, and the size of that file.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording or file, and where it cannot be read.
+    /// Returns an error if the recording or the file does not exist, or cannot be read.
     pub(crate) fn read(
         &self,
         name: &str,
@@ -323,7 +327,7 @@ impl Recordings {
         use std::io::{Read as _, Seek as _, SeekFrom};
         let info = self.find(name)?;
         let directory = self.directory()?;
-        // From the list of what is there, and not as it was asked for.
+        // The name comes from the list of files, and not from the request.
         let found = match (file, &info.files[..]) {
             ("", [(only, _)]) => Some(only),
             _ => info.files.iter().map(|(there, _)| there).find(|there| *there == file),
@@ -348,10 +352,10 @@ impl Recordings {
         read().map_err(|error| unusable(directory, &error))
     }
 
-    /// Deletes its files.
+    /// Deletes the files of a recording.
     ///
     /// # Errors
-    /// Returns an error if there is no such recording, it is being made, or a file cannot be deleted.
+    /// Returns an error if the recording does not exist, runs, or a file cannot be deleted.
     pub(crate) fn delete(&self, name: &str) -> Result<(), CallError> {
         let info = self.find(name)?;
         if info.state == RecordingState::Recording {
@@ -363,15 +367,15 @@ impl Recordings {
     }
 }
 
-/// Those in a folder.
+/// Returns the recordings in a folder.
 fn list(directory: &Path) -> std::io::Result<Vec<RecordingInfo>> {
     let mut all: Vec<RecordingInfo> = Vec::new();
     for (name, file) in names::files(directory)? {
         let metadata = match fs::symlink_metadata(directory.join(&file)) {
-            // A link or a pipe is no recording.
+            // A link or a pipe is not a recording.
             Ok(metadata) if !metadata.is_file() => continue,
             Ok(metadata) => metadata,
-            // The oldest of those that are being made.
+            // A ring that is running deletes its oldest files.
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
             Err(error) => return Err(error),
         };
@@ -381,7 +385,7 @@ fn list(directory: &Path) -> std::io::Result<Vec<RecordingInfo>> {
         };
         let (bytes, modified) = (metadata.len(), metadata.modified().ok());
         match all.last_mut().filter(|last| last.name == name) {
-            // Files are in their order.
+            // Files are in order.
             Some(last) => {
                 last.files.push((file, bytes));
                 (last.state, last.modified) = (state, modified);

@@ -1,5 +1,5 @@
-//! Meshes as they are in memory: one file is decoded once while robots use it, and all
-//! of them together stay within a limit.
+//! Decoded meshes in memory: a file is decoded once while robots use it, and all meshes together stay within
+//! a limit.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -11,11 +11,10 @@ use simd_model::{Asset, Assets};
 
 use crate::call_error::CallError;
 
-/// A mesh's look, and what its file was read as.
+/// Hash of a mesh's look, and the format of its file.
 type Key = (Sha256, String);
 
-/// What robots in the world, in saved states and held by calls have in memory. Holds
-/// nothing itself.
+/// Decoded data of robots in the world, in saved states and in calls. It holds only weak references.
 #[derive(Debug)]
 pub(super) struct Decoded {
     limit: u64,
@@ -26,8 +25,8 @@ pub(super) struct Decoded {
 struct Used {
     meshes: BTreeMap<Key, Mesh>,
     made: BTreeMap<MeshKey, Made>,
-    /// What all of it takes in memory. What is no more counts until it is forgotten, so that one more robot costs what its own
-    /// meshes cost and not those of all.
+    /// Memory of all of it, bytes. Dropped data counts until `tidy`, so that the time to add a robot depends
+    /// only on the robot's meshes, and not on all.
     bytes: u64,
 }
 
@@ -37,16 +36,16 @@ struct Mesh {
     bytes: u64,
 }
 
-/// What a mesh became that robots touch with.
+/// Collision shapes made from a mesh.
 #[derive(Debug)]
 struct Made {
-    /// Of the robots that share it: each knows what its meshes became.
+    /// Shapes of the robots that share it: each knows the results of its meshes.
     shapes: Vec<Weak<Shapes>>,
     bytes: u64,
 }
 
 impl Made {
-    /// The last that there are of those that share it.
+    /// Returns the newest shapes that still exist.
     fn newest(&mut self) -> Option<Arc<Shapes>> {
         loop {
             let newest = self.shapes.last()?.upgrade();
@@ -59,7 +58,7 @@ impl Made {
 }
 
 impl Used {
-    /// Forgets what is no more.
+    /// Forgets dropped data.
     fn tidy(&mut self) {
         let Self { meshes, made, bytes } = self;
         meshes.retain(|_, mesh| mesh.asset.strong_count() > 0);
@@ -71,21 +70,21 @@ impl Used {
         *bytes = all.fold(0, u64::saturating_add);
     }
 
-    /// Makes sure that so many bytes more are within a limit.
+    /// Checks that additional bytes are within a limit.
     ///
     /// # Errors
-    /// What all would come to, where that is beyond it.
+    /// Returns the total, if it exceeds the limit.
     fn check(&mut self, limit: u64, more: impl Fn(&Self) -> u64) -> Result<(), u64> {
         let all = |used: &Self| used.bytes.saturating_add(more(used));
         if all(self) > limit {
-            // Maybe only with what is no more.
+            // The total may include dropped data.
             self.tidy();
         }
         let value = all(self);
         if value > limit { Err(value) } else { Ok(()) }
     }
 
-    /// What the shapes of a robot take beside those that others have too.
+    /// Returns the bytes of a robot's shapes that no other robot shares.
     fn own_bytes(&self, shapes: &Shapes) -> u64 {
         let own = shapes.mesh_bytes().filter(|(key, _)| !self.made.contains_key(key));
         own.map(|(_, bytes)| bytes).fold(0, u64::saturating_add)
@@ -109,7 +108,7 @@ impl Used {
 }
 
 impl Decoded {
-    /// For so many bytes.
+    /// Makes an empty record with a limit in bytes.
     pub(super) fn new(limit: u64) -> Self {
         Self { limit, used: Mutex::default() }
     }
@@ -118,8 +117,8 @@ impl Decoded {
         self.used.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Shapes of robots that there are, which have all that the meshes of robots became: hulls of the same meshes need not be made
-    /// again. Of robots that are alike it is one.
+    /// Returns shapes of existing robots that together have all results of meshes: hulls of the same meshes
+    /// need not be made again. Identical robots share one.
     pub(super) fn shapes(&self) -> Vec<Arc<Shapes>> {
         let mut used = self.lock();
         let newest = used.made.values_mut().filter_map(Made::newest);
@@ -128,10 +127,10 @@ impl Decoded {
         each_once.into_values().collect()
     }
 
-    /// Keeps those of a robot in mind.
+    /// Records the shapes of a robot.
     ///
     /// # Errors
-    /// Returns an error if all would take more than the limit.
+    /// Returns an error if the total would exceed the limit.
     pub(super) fn admit_shapes(&self, shapes: &Arc<Shapes>) -> Result<(), CallError> {
         let mut used = self.lock();
         used.check(self.limit, |used| used.own_bytes(shapes)).map_err(|value| self.too_much(value))?;
@@ -139,7 +138,7 @@ impl Decoded {
         Ok(())
     }
 
-    /// Forgets those that are no more.
+    /// Forgets dropped data.
     pub(super) fn tidy(&self) {
         self.lock().tidy();
     }
@@ -148,7 +147,7 @@ impl Decoded {
         self.lock().meshes.get(key)?.asset.upgrade()
     }
 
-    /// The mesh of a look that a robot uses, whichever format it was read as.
+    /// Returns the mesh with this look that a robot uses, read from any format.
     pub(super) fn find(&self, look: &Sha256) -> Option<Arc<MeshAsset>> {
         let used = self.lock();
         let from_look_on = used.meshes.range((*look, String::new())..);
@@ -156,10 +155,10 @@ impl Decoded {
         alike.find_map(|(_, mesh)| mesh.asset.upgrade())
     }
 
-    /// Keeps a mesh in mind that was just read; the error is what all would come to.
+    /// Records a newly read mesh; the error is the total.
     fn admit(&self, key: Key, mesh: MeshAsset) -> Result<Arc<MeshAsset>, u64> {
         let mut used = self.lock();
-        // Two may have read the same file at the same time.
+        // Two calls may have read the same file at the same time.
         if let Some(known) = used.meshes.get(&key).and_then(|mesh| mesh.asset.upgrade()) {
             return Ok(known);
         }
@@ -176,7 +175,7 @@ impl Decoded {
     }
 }
 
-/// What a mesh takes in memory.
+/// Returns the memory of a mesh, bytes.
 fn bytes(mesh: &MeshAsset) -> u64 {
     let triangles = size_of_val(mesh.vertices.as_slice()) + size_of_val(mesh.triangles.as_slice());
     let mut images = BTreeMap::new();
@@ -188,22 +187,22 @@ fn bytes(mesh: &MeshAsset) -> u64 {
     (triangles + looks + images.into_values().sum::<usize>()) as u64
 }
 
-/// Files of one robot, decoded by way of what others have.
+/// Files of one robot, decoded with reuse of other robots' meshes.
 pub(super) struct Decoding<'d> {
     decoded: &'d Decoded,
     files: &'d dyn Assets,
-    /// What all meshes would have come to, where that is too much.
+    /// Total of all meshes, if it exceeded the limit.
     excess: Cell<Option<u64>>,
 }
 
 impl<'d> Decoding<'d> {
-    /// Of files as they come.
+    /// Makes a decoder of these files.
     pub(super) fn new(decoded: &'d Decoded, files: &'d dyn Assets) -> Self {
         Self { decoded, files, excess: Cell::new(None) }
     }
 
     /// # Errors
-    /// Returns an error if a mesh went beyond the limit of them all.
+    /// Returns an error if the meshes exceeded their common limit.
     pub(super) fn check(&self) -> Result<(), CallError> {
         self.excess.get().map_or(Ok(()), |value| Err(self.decoded.too_much(value)))
     }
@@ -228,7 +227,7 @@ impl Assets for Decoding<'_> {
         if let Some(known) = self.decoded.known(&key) {
             return Ok(known);
         }
-        // The call fails for it: what comes after is not even read.
+        // The call fails, so later meshes are not even read.
         let too_much = || "all robots' meshes take too much memory".to_owned();
         if self.excess.get().is_some() {
             return Err(too_much());

@@ -1,5 +1,4 @@
-//! Robots on the daemon's own disk: which paths a client may name, and the
-//! files that a URDF there names.
+//! Robots on the daemon's own disk: permitted paths, and the files that a URDF there names.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -17,22 +16,22 @@ use crate::files;
 /// Folders below which clients may name files.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Roots {
-    /// As the operator wrote them, absolute, and as they really are.
+    /// Folders as the operator wrote them, absolute, each with its resolved path.
     roots: Vec<(PathBuf, PathBuf)>,
 }
 
 /// A URDF on the disk.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct OnDisk {
-    /// Where it is.
+    /// Path of the URDF.
     pub(super) urdf: PathBuf,
-    /// What its files must be below; `None` for a robot that the operator named.
+    /// Folder that must contain its files; `None` for a robot that the operator named.
     pub(super) root: Option<PathBuf>,
 }
 
 impl Roots {
     /// # Errors
-    /// Returns an error if one is not a folder that can be read, with that one.
+    /// Returns the folder that is not readable, and the error.
     pub(super) fn new(folders: &[PathBuf]) -> Result<Self, (PathBuf, std::io::Error)> {
         let root = |folder: &PathBuf| {
             let failed = |error| (folder.clone(), error);
@@ -44,11 +43,11 @@ impl Roots {
         Ok(Self { roots: folders.iter().map(root).collect::<Result<_, (PathBuf, std::io::Error)>>()? })
     }
 
-    /// The URDF that a client's path stands for. A relative path begins at a root.
-    /// What lies outside of the roots is reported alike whether it exists or not.
+    /// Finds the URDF at a client's path. A relative path begins at a root. A path outside of the roots gets
+    /// the same error, whether it exists or not.
     ///
     /// # Errors
-    /// Returns an error if it lies outside, also by a symbolic link, or is no robot.
+    /// Returns an error if it is outside, also through a symbolic link, or is not a robot.
     pub(super) fn find(&self, path: &str) -> Result<OnDisk, CallError> {
         if self.roots.is_empty() {
             return Err(not_allowed(format!(
@@ -83,12 +82,12 @@ impl Roots {
     }
 }
 
-/// The URDF of a robot that the operator named: any path will do.
+/// Finds the URDF of a robot that the operator named, at any path.
 pub(super) fn find_for_operator(path: &Path) -> Result<OnDisk, CallError> {
     find_urdf(path).map(|urdf| OnDisk { urdf, root: None }).map_err(no_urdf)
 }
 
-/// `path` from `root`, without `..`, where it is below `root` by its text.
+/// Joins `path` to `root` and removes `..`; `None` if the result is textually outside of `root`.
 fn stays_in(root: &Path, path: &Path) -> Option<PathBuf> {
     let mut joined = PathBuf::new();
     for component in root.join(path).components() {
@@ -101,7 +100,7 @@ fn stays_in(root: &Path, path: &Path) -> Option<PathBuf> {
     joined.strip_prefix(root).ok().map(Path::to_path_buf)
 }
 
-/// A file of at most so many bytes.
+/// Reads a file of at most `limit` bytes.
 pub(super) fn read_file(path: &Path, limit: u64) -> Result<Arc<[u8]>, CallError> {
     let unreadable = |error: std::io::Error| CallError::FileNotFound {
         message: format!("cannot read {}: {error}", path.display()),
@@ -117,17 +116,17 @@ pub(super) fn read_file(path: &Path, limit: u64) -> Result<Arc<[u8]>, CallError>
     }
 }
 
-/// The files that a URDF on the disk names.
+/// Files that a URDF on the disk names.
 #[derive(Debug)]
 pub(super) struct DiskAssets {
     locator: Locator,
     limit: u64,
-    /// What was read, for viewers.
+    /// Files that were read, for viewers.
     read: RefCell<BTreeMap<Sha256, Arc<[u8]>>>,
 }
 
 impl DiskAssets {
-    /// Files of at most `limit` bytes each.
+    /// Makes a reader of files of at most `limit` bytes each.
     pub(super) fn new(robot: &OnDisk, limit: u64) -> Self {
         let locator = Locator::new(&robot.urdf);
         let locator = match &robot.root {
@@ -137,7 +136,7 @@ impl DiskAssets {
         Self { locator, limit, read: RefCell::default() }
     }
 
-    /// Everything that was read.
+    /// Returns all files that were read.
     pub(super) fn into_files(self) -> BTreeMap<Sha256, Arc<[u8]>> {
         self.read.into_inner()
     }

@@ -1,5 +1,5 @@
-//! Uploads that are not complete yet: bounded in number and bytes, and forgotten
-//! when nothing more comes. Owns no clock: it is given the time.
+//! Incomplete uploads: bounded in number and bytes, and forgotten when no part arrives for long. It owns no
+//! clock: the caller passes the time.
 
 use std::collections::HashMap;
 use std::time::Duration;
@@ -11,34 +11,34 @@ use crate::account::Account;
 use crate::call_error::CallError;
 use crate::info::DaemonLimits;
 
-/// Files of which a part has come.
+/// Partly received files.
 #[derive(Debug)]
 pub(super) struct Partials {
     by_hash: HashMap<Sha256, Partial>,
-    /// Uploads under way at one time, and of one client.
+    /// Maximum number of uploads in progress, in total and of one client.
     count: usize,
     count_of_client: usize,
-    /// Bytes of all of them; at least those of the largest file, so that one always fits.
+    /// Maximum bytes of all uploads; at least those of the largest file, so that one always fits.
     bytes: usize,
-    /// An upload is abandoned when nothing came for so long.
+    /// Time without a part after which an upload is abandoned.
     abandoned: Duration,
 }
 
 #[derive(Debug)]
 struct Partial {
-    /// Who sends it.
+    /// Client that sends it.
     account: Account,
     total: u64,
     bytes: Vec<u8>,
     touched: Instant,
 }
 
-/// How far an upload is.
+/// Progress of an upload.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Progress {
-    /// So many bytes are here.
+    /// Number of received bytes.
     Received(u64),
-    /// All of it; whether it has the hash is not checked yet.
+    /// All bytes; their hash is still to be checked.
     Complete(Vec<u8>),
 }
 
@@ -53,11 +53,11 @@ impl Partials {
         }
     }
 
-    /// Adds a part. Part 0 begins anew unless it is what is here already; a later
-    /// part must begin where the last ended, or repeat what is here.
+    /// Adds a part. Part 0 restarts the upload unless it repeats the received bytes. A later part must begin
+    /// at the end of the last one, or repeat received bytes.
     ///
     /// # Errors
-    /// Returns an error if the part does not fit to those before. What was here stays.
+    /// Returns an error if the part does not match the earlier ones, which stay.
     pub(super) fn append(
         &mut self,
         sha256: Sha256,
@@ -90,7 +90,7 @@ impl Partials {
             touched: now,
         });
         partial.touched = now;
-        // Fits: it is not beyond what is here.
+        // No truncation: it is not beyond the received bytes.
         let start = offset as usize;
         let there = partial.bytes.get(start..).unwrap_or_default();
         let repeated = there.len().min(data.len());
@@ -111,17 +111,17 @@ impl Partials {
         Ok(Progress::Received(received))
     }
 
-    /// Forgets uploads for which nothing came for long.
+    /// Forgets uploads without a new part for long.
     pub(super) fn forget_abandoned(&mut self, now: Instant) {
         self.by_hash.retain(|_, partial| now.saturating_duration_since(partial.touched) < self.abandoned);
     }
 
-    /// How many there are, and the bytes of them that have come.
+    /// Returns the number of uploads, and their received bytes.
     pub(super) fn under_way(&self) -> (usize, usize) {
         (self.by_hash.len(), self.by_hash.values().map(|partial| partial.bytes.len()).sum())
     }
 
-    /// Bytes of all of them, in memory.
+    /// Returns the memory of all uploads, bytes.
     #[cfg(test)]
     pub(super) fn bytes(&self) -> usize {
         self.by_hash.values().map(|partial| partial.bytes.capacity()).sum()
@@ -146,8 +146,8 @@ impl Partials {
         Ok(())
     }
 
-    /// Forgets some of these uploads, the longest untouched first, until there are at most so many of them, and all
-    /// have so many bytes.
+    /// Forgets some of these uploads, the longest untouched first, until at most `count` of them remain, and
+    /// all uploads have at most `bytes`.
     fn make_room(&mut self, count: usize, bytes: usize, of: impl Fn(&Sha256, &Partial) -> bool) {
         loop {
             let (_, held) = self.under_way();

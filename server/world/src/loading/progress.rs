@@ -1,4 +1,4 @@
-//! How far a robot is on its way into the world, for callers that wait for it.
+//! Progress of a robot's load, for callers that wait for it.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -7,39 +7,39 @@ use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{Asset, Assets};
 use tokio::sync::watch;
 
-/// What is being done to a description.
+/// Phase of a load.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
-    /// Others are read before it.
+    /// Other loads are read first.
     #[default]
     Waiting,
-    /// Its text and its meshes are read.
+    /// The text and the meshes are read.
     Reading,
-    /// Its collision meshes become convex hulls.
+    /// Collision meshes become convex hulls.
     Hulls,
-    /// It waits for the end of a step.
+    /// The spawn waits for the end of a step.
     Spawning,
 }
 
-/// How far a robot is.
+/// Progress of a load.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Progress {
-    /// What is being done.
+    /// Present phase.
     pub phase: Phase,
-    /// Files that are read.
+    /// Number of files that were read.
     pub done: usize,
-    /// How many there are.
+    /// Total number of files.
     pub total: usize,
-    /// The file that is read now.
+    /// File that is being read.
     pub uri: String,
 }
 
-/// Says how far a robot is. The newest report wins: a slow listener blocks nothing.
+/// Reports the progress of a load. The newest report wins: a slow listener blocks nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reporter(Option<watch::Sender<Progress>>);
 
 impl Reporter {
-    /// To a listener.
+    /// Reports to a listener.
     pub(crate) fn to(listener: watch::Sender<Progress>) -> Self {
         Self(Some(listener))
     }
@@ -60,13 +60,13 @@ impl Reporter {
         }
     }
 
-    /// The same files; says which is read, of `total`.
+    /// Wraps files so that each read is reported, as one of `total`.
     pub(super) fn counting<'a, A: Assets>(&'a self, assets: &'a A, total: usize) -> Counting<'a, A> {
         Counting { reporter: self, assets, total, begun: Cell::new(0) }
     }
 }
 
-/// Files whose reading is reported.
+/// Files whose reads are reported.
 pub(super) struct Counting<'a, A> {
     reporter: &'a Reporter,
     assets: &'a A,
@@ -77,7 +77,7 @@ pub(super) struct Counting<'a, A> {
 impl<A: Assets> Assets for Counting<'_, A> {
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
         if let Some(listener) = &self.reporter.0 {
-            // What was found before is read by now.
+            // Files found before this one are read by now.
             let done = self.begun.replace(self.begun.get() + 1);
             let (total, uri) = (self.total, uri.to_owned());
             listener.send_replace(Progress { phase: Phase::Reading, done, total, uri });
@@ -105,7 +105,7 @@ mod tests {
 
     use super::*;
 
-    /// Nothing is found; each question shows what was said before it.
+    /// Files that are all missing; each query records the last report before it.
     struct Asked<'a>(&'a watch::Receiver<Progress>);
 
     impl Assets for Asked<'_> {

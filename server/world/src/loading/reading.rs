@@ -1,5 +1,4 @@
-//! From where a description is to what it says: off the physics thread and off
-//! the async workers, two at a time.
+//! Reads descriptions into models: outside of the physics thread and the async workers, two at a time.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,14 +23,14 @@ use super::report::{refuse_proxies, report_absent, report_proxies};
 use super::source::Source;
 use crate::call_error::{CallError, panic_message};
 
-/// Where a robot comes from, to be read now or again later.
+/// Source of a robot, to be read now or again later.
 #[derive(Clone, Debug)]
 pub(crate) enum Origin {
-    /// A description that is kept here, and its files.
+    /// A stored description and its files.
     Kept { description: Sha256, assets: BTreeMap<String, Sha256>, missing: BTreeMap<String, Vec<String>> },
-    /// A description that came with the request.
+    /// A description within the request.
     Inline { urdf: Bytes, assets: BTreeMap<String, Sha256>, missing: BTreeMap<String, Vec<String>> },
-    /// A description and its files.
+    /// A description with all its files.
     Sent { urdf: Arc<[u8]>, files: BTreeMap<String, Asset> },
     /// A path that a client named.
     BelowRoot(String),
@@ -49,7 +48,7 @@ impl From<Source> for Origin {
     }
 }
 
-/// How a robot is made from its description.
+/// Options of making a robot from its description.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoadOptions {
     pub(super) read: ReadOptions,
@@ -58,11 +57,11 @@ pub(crate) struct LoadOptions {
     pub(super) fixed_base: Option<bool>,
 }
 
-/// A description that was read.
+/// Result of reading a description.
 #[derive(Debug)]
 pub(super) struct Reading {
     pub(super) used: Used,
-    /// The robot, or why there is none.
+    /// The robot, or the reason why there is none.
     pub(super) outcome: Result<LoadedRobot, Refused>,
 }
 
@@ -70,45 +69,45 @@ pub(super) struct Reading {
 #[derive(Debug)]
 pub(crate) struct LoadedRobot {
     pub(crate) model: Arc<RobotModel>,
-    /// Made here, because hulls of large meshes take long.
+    /// Collision shapes, made here because hulls of large meshes take long.
     pub(crate) shapes: Arc<Shapes>,
     pub(crate) report: LoadReport,
-    /// Where its description puts it, where that is one of a world.
+    /// Placement in its description, if the description is a world.
     pub(crate) placement: Option<Placement>,
 }
 
-/// Where an SDF or MJCF puts a robot.
+/// Placement of a robot in an SDF or MJCF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Placement {
     /// `world_from_root`.
     pub(crate) pose: DPose3,
-    /// Its root link cannot move.
+    /// Whether its root link cannot move.
     pub(crate) fixed: bool,
 }
 
-/// Which robots of a description are read.
+/// Selection of a description's robots.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Which {
-    /// The one of this name, or the only one.
+    /// The one with this name, or the only one.
     One(String),
     /// All of them.
     All,
 }
 
-/// The bytes that a robot was made from.
+/// Bytes that a robot was made from.
 #[derive(Debug)]
 pub(super) struct Used {
     pub(super) description: Sha256,
     pub(super) urdf: Arc<[u8]>,
-    /// Each once.
+    /// Files, each once.
     pub(super) files: BTreeMap<Sha256, Arc<[u8]>>,
-    /// That the description names, of a robot that was sent.
+    /// URIs that the description names, for a robot that was sent.
     pub(super) uris: BTreeSet<String>,
-    /// Of `files`, those that were made of an MJCF, by the URIs that the URDF names them by.
+    /// The files among `files` that were made from an MJCF, by their URIs in the URDF.
     pub(super) made: BTreeMap<String, Sha256>,
 }
 
-/// Bytes to read a robot from, or where they are.
+/// Bytes of a description, or their location.
 enum Material {
     Sent { urdf: Arc<[u8]>, files: SentAssets },
     Disk(OnDisk),
@@ -118,12 +117,12 @@ enum Material {
 struct SentAssets {
     found: BTreeMap<String, Asset>,
     missing: BTreeMap<String, Vec<String>>,
-    /// What the description asked for.
+    /// URIs that the description asked for.
     asked: RefCell<BTreeSet<String>>,
 }
 
 impl SentAssets {
-    /// What a robot was made from, of all that was sent.
+    /// Returns the files that the description asked for, and all URIs that it asked for.
     fn into_used(mut self) -> (BTreeMap<Sha256, Arc<[u8]>>, BTreeSet<String>) {
         let asked = self.asked.into_inner();
         self.found.retain(|uri, _| asked.contains(uri));
@@ -142,7 +141,7 @@ impl Loader {
     /// Reads the robots of a description; there is at least one.
     ///
     /// # Errors
-    /// Returns an error if its bytes cannot be had; what is wrong with them is in a reading's outcome.
+    /// Returns an error if its bytes are not available; their faults are in a reading's outcome.
     pub(super) async fn read(
         &self,
         origin: &Origin,
@@ -150,7 +149,7 @@ impl Loader {
         options: LoadOptions,
         reporter: Reporter,
     ) -> Result<Vec<Reading>, CallError> {
-        // Not written as two comparisons: NaN is outside too.
+        // Not written as two comparisons, so that NaN is refused too.
         if !(f64::MIN_POSITIVE..=1000.0).contains(&options.read.scale) {
             return Err(CallError::InvalidValue {
                 element: "scale".into(),
@@ -208,7 +207,7 @@ impl Loader {
         .await?
     }
 
-    /// The kept files of an upload.
+    /// Returns the stored files of an upload.
     fn gather(&self, assets: &BTreeMap<String, Sha256>) -> Result<BTreeMap<String, Asset>, CallError> {
         let mut cache = self.lock();
         let found = assets.iter().map(|(uri, sha256)| match cache.store.get(sha256) {
@@ -218,8 +217,8 @@ impl Loader {
         found.collect()
     }
 
-    /// Does work that takes long, when a permit is free. A caller that waits too long is refused.
-    /// The work, which is bounded, ends all the same, and its permit with it.
+    /// Runs long work when a permit is free. A caller that waits too long is refused. The work, which is
+    /// bounded, still ends, and releases its permit.
     pub(crate) async fn off_thread<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -257,10 +256,10 @@ impl Reading {
     }
 }
 
-/// The URDF of a robot, the meshes that were made with it, and the robot or why there is none.
+/// URDF of a robot, its generated meshes, and the robot or the reason why there is none.
 type Part = (Arc<[u8]>, BTreeMap<String, Asset>, Result<LoadedRobot, Refused>);
 
-/// Reads the robots of a description. What is SDF or MJCF becomes URDF here, and is URDF from here on.
+/// Reads the robots of a description. SDF and MJCF are translated to URDF here.
 ///
 /// # Errors
 /// As [`read`].
@@ -309,7 +308,7 @@ fn read_parts(
         let fixed = options.fixed_base.unwrap_or(model.fixed);
         let options = LoadOptions { fixed_base: Some(fixed), ..*options };
         let mut outcome = read(&urdf, files, &options, decoded, reporter)?;
-        // What was found in the file itself is said once.
+        // Findings about the whole file are reported once.
         let of_file = if parts.is_empty() { translation.report.findings.clone() } else { Vec::new() };
         let whole = |own: LoadReport| LoadReport {
             findings: of_file.into_iter().chain(model.report(own).findings).collect(),
@@ -322,7 +321,7 @@ fn read_parts(
             }
             Err(refused) => {
                 refused.report = whole(std::mem::take(&mut refused.report));
-                // Its line is one of the URDF, which was not sent.
+                // The line belongs to the generated URDF, which the client did not send.
                 if let Some(last) = refused.report.findings.last() {
                     let line = last.line.map_or_else(String::new, |line| format!(" (line {line})"));
                     refused.message =
@@ -335,10 +334,10 @@ fn read_parts(
     Ok(parts)
 }
 
-/// Reads a description and makes its shapes, with what other robots have of the same files.
+/// Reads a description and makes its shapes, with reuse of other robots' data from the same files.
 ///
 /// # Errors
-/// Returns an error if all robots' meshes together would take too much memory.
+/// Returns an error if the meshes of all robots would exceed the limit of memory.
 fn read(
     urdf: &[u8],
     files: &dyn Assets,
@@ -346,7 +345,7 @@ fn read(
     decoded: &Decoded,
     reporter: &Reporter,
 ) -> Result<Result<LoadedRobot, Refused>, CallError> {
-    // The count is for those that listen for progress only.
+    // The count is only needed for progress reports.
     let described = reporter.is_heard().then(|| simd_model::describe(urdf, &options.read.limits));
     let total = described.and_then(Result::ok).map_or(0, |described| described.asset_uris.len());
     let files = Decoding::new(decoded, files);

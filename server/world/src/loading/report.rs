@@ -1,4 +1,4 @@
-//! What a load report says beside what the readers of formats found.
+//! Findings of a load report that do not come from the readers of formats.
 
 use std::collections::BTreeSet;
 
@@ -6,10 +6,10 @@ use simd_core::collision::{MeshShapes, Proxy, ProxyShape, Shapes};
 use simd_model::robot::JointKind;
 use simd_model::{Disposition, Finding, LoadReport, Refused, RobotModel, Severity};
 
-/// The element of findings about what collision meshes became. They have no line.
+/// Element of findings about collision meshes. They have no line.
 const COLLISION: &str = "collision";
 
-/// Adds that constraints are left out which are on robots that do not come.
+/// Adds findings about constraints that are left out, since they are on robots that are not loaded.
 pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: &mut LoadReport) {
     for absent in model.setup.partners().difference(names) {
         let message =
@@ -25,7 +25,7 @@ pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: 
     }
 }
 
-/// Adds what the collision meshes became, with at most `most` findings of a severity.
+/// Adds findings about the shapes of collision meshes, at most `most` of each severity.
 pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadReport) {
     for proxy in shapes.proxies() {
         let Proxy { uri, triangles, shape, asked, is_fixed, distance, simpler_by } = proxy;
@@ -77,7 +77,7 @@ pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadRepo
     }
 }
 
-/// Refuses what collision meshes became where that is a warning, as a strict load does.
+/// Refuses shapes of collision meshes with a warning, as a strict load does.
 pub(super) fn refuse_proxies(mut report: LoadReport) -> Result<LoadReport, Refused> {
     let is_serious = |finding: &&mut Finding| {
         finding.element == COLLISION && finding.severity == Severity::Warning && finding.line.is_none()
@@ -99,7 +99,7 @@ pub(super) fn refuse_proxies(mut report: LoadReport) -> Result<LoadReport, Refus
     Err(Refused { message: format!("{COLLISION}{named}: {message}"), report })
 }
 
-/// A report in one line, for instance "arm: 2 links, 1 moving joint; 1 warning".
+/// Returns a report in one line, for instance "arm: 2 links, 1 moving joint; 1 warning".
 pub(crate) fn summary(model: &RobotModel, report: &LoadReport) -> String {
     let moving = model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).count();
     let warnings = report.findings.iter().filter(|finding| finding.severity == Severity::Warning).count();

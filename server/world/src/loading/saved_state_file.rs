@@ -1,5 +1,4 @@
-//! The file of a saved state: a header with a hash, and then what is in it as [postcard] writes it, from the state
-//! itself.
+//! The file of a saved state: a header with a hash, then the content in the format of [postcard].
 //!
 //! The numbers of the header are little-endian:
 //!
@@ -11,9 +10,10 @@
 //! then            the release of the daemon that wrote it, for instance 0.1.0
 //! ```
 //!
-//! The content is one value of postcard after the other: how the saved state was called and how many robots and files
-//! follow; each robot, as what it is made from, the hash of its layout and its state; the state of the world beside
-//! its robots; each file, which its SHA-256 names. Equal worlds give equal files.
+//! The content is a sequence of values of postcard. First come the name of the saved state, and the numbers
+//! of robots and files. Then come each robot, with its source, the hash of its layout and its state, and the
+//! state of the world beside its robots. The files are last, each named by its SHA-256. Equal worlds give
+//! equal files.
 //!
 //! [postcard]: https://postcard.jamesmunns.com
 
@@ -30,36 +30,37 @@ use simd_model::robot::Sha256;
 
 use crate::call_error::CallError;
 
-/// What a file begins with.
+/// First bytes of a file.
 const MAGIC: &[u8; 8] = b"simdsave";
 
-/// The format that is read and written. It grows with every change of what a state is.
+/// Version of the format that is read and written. It grows with every change of a state's contents.
 pub const FORMAT: u32 = 12;
 
-/// Entries of lists that take more memory than bytes of the file, of all robots together: some fifty bytes for
-/// each, and in a file three. Far above a thousand robots with a hundred meshes each.
+/// Maximum number of list entries that take more memory than bytes of the file, of all robots together. Such
+/// an entry has some fifty bytes in memory, and three in a file. The limit is far above a thousand robots
+/// with a hundred meshes each.
 const MAX_ENTRIES: usize = 1_000_000;
 
-/// Characters of a refusal: it may have a name from the file in it.
+/// Maximum length of a refusal, characters: it may contain a name from the file.
 const MAX_MESSAGE: usize = 2_000;
 
-/// A file that was opened.
+/// An opened file.
 #[derive(Debug)]
 pub struct Opened {
-    /// The release of the daemon that wrote it.
+    /// Release of the daemon that wrote it.
     pub written_by: String,
-    /// What is in it.
+    /// Content.
     pub content: Content,
 }
 
-/// What is in a file.
+/// Content of a file.
 #[derive(Clone, Debug)]
 pub struct Content {
-    /// What the saved state was called.
+    /// Name of the saved state.
     pub name: String,
-    /// In the order of their spawning.
+    /// Robots in spawn order.
     pub robots: Vec<SavedRobot>,
-    /// The state of the world, beside its robots.
+    /// State of the world, beside its robots.
     pub world: WorldState,
     /// Each description and each mesh file, once.
     pub files: Vec<Arc<[u8]>>,
@@ -68,34 +69,35 @@ pub struct Content {
 /// A robot in a file.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SavedRobot {
-    /// What it is made from.
+    /// Source.
     pub source: RobotSource,
-    /// That of [`layout`]: a description that is read otherwise by another release is found by it.
+    /// Hash by [`layout`]: it shows whether another release reads a description differently.
     pub layout: Sha256,
-    /// Its state.
+    /// State.
     pub state: RobotState,
 }
 
-/// What a robot is made from.
+/// Source of a robot.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct RobotSource {
-    /// Of its URDF.
+    /// Hash of the URDF.
     pub description: Sha256,
-    /// Of its mesh files, by URI.
+    /// Hashes of the mesh files, by URI.
     pub assets: BTreeMap<String, Sha256>,
-    /// Bits of the factor that its lengths are multiplied by.
+    /// Bits of the factor of all lengths.
     pub scale: u64,
-    /// What its collision meshes became.
+    /// Conversion of the collision meshes.
     pub mesh_shapes: MeshShapes,
-    /// Whether its root link cannot move.
+    /// Whether the root link cannot move.
     pub fixed_base: bool,
 }
 
-/// How a content begins: the name, and how many robots and files there are.
+/// First value of a content: the name, and the numbers of robots and files.
 type Head = (String, usize, usize);
 
 impl Content {
-    /// Of a saved state; the sources and robots are aligned, and the files are for all of them.
+    /// Makes the content of a saved state; `sources` are in the order of the robots, and `files` are for all
+    /// of them.
     pub fn new(name: &str, saved: &Saved, sources: Vec<RobotSource>, files: Vec<Arc<[u8]>>) -> Self {
         let world = saved.world_state();
         let robots = sources.into_iter().zip(saved.models()).zip(&world.robots);
@@ -119,10 +121,10 @@ impl Content {
         }
     }
 
-    /// The state, of robots that were made again, in their order.
+    /// Returns the state with newly made robots, in their order.
     ///
     /// # Errors
-    /// Returns an error if a robot is made otherwise than it was, and where no world can be in such a state.
+    /// Returns an error if a robot is made differently than before, or no world can be in such a state.
     pub fn into_saved(self, made: Vec<RobotParts>) -> Result<Saved, CallError> {
         let Self { name: _, robots, mut world, files: _ } = self;
         for (robot, (model, _shapes)) in robots.iter().zip(&made) {
@@ -138,22 +140,22 @@ impl Content {
         Saved::new(world, made).map_err(|why| invalid(format!("the saved state cannot be: {why}")))
     }
 
-    /// As bytes, without a header.
+    /// Encodes the content, without a header.
     pub fn encode(&self) -> Vec<u8> {
         let Self { name, robots, world, files } = self;
         let mut out = encoded(&(name, robots.len(), files.len()));
         robots.iter().for_each(|robot| out.extend(encoded(robot)));
         out.extend(encoded(world));
         for file in files {
-            // As postcard writes bytes, but not one by one.
+            // Same bytes as postcard writes, but not one by one.
             out.extend(encoded(&file.len()));
             out.extend_from_slice(file);
         }
         out
     }
 
-    /// From bytes without a header, for a daemon that takes so many robots. What is allocated is bounded by the
-    /// bytes that are there, and not by what they say.
+    /// Decodes bytes without a header, for a daemon with at most `most_robots` robots. Allocations are
+    /// bounded by the available bytes, and not by lengths in the file.
     fn decode(bytes: &[u8], most_robots: usize) -> Result<Self, CallError> {
         let rest = &mut &*bytes;
         let (name, robot_count, file_count): Head = take(rest)?;
@@ -184,7 +186,7 @@ impl Content {
     }
 }
 
-/// As bytes. That fails for lists of unknown length only, and there is none.
+/// Encodes a value. It fails only for lists of unknown length, and there are none.
 fn encoded(value: &impl Serialize) -> Vec<u8> {
     postcard::to_allocvec(value).unwrap_or_default()
 }
@@ -203,7 +205,7 @@ fn at_most(what: &str, value: usize, limit: usize) -> Result<(), CallError> {
     Err(CallError::LimitExceeded { what: what.into(), value: value as u64, limit: limit as u64 })
 }
 
-/// The names and kinds of a robot's links and joints, as one number.
+/// Returns the hash of the names and kinds of a robot's links and joints.
 pub fn layout(model: &RobotModel) -> Sha256 {
     let links = model.links.iter().map(|link| format!("link {:?}\n", link.name));
     let joints = model.joints.iter().map(|joint| {
@@ -213,25 +215,25 @@ pub fn layout(model: &RobotModel) -> Sha256 {
     Sha256::of(links.chain(joints).collect::<String>().as_bytes())
 }
 
-/// A file of this content.
+/// Returns a file with this content.
 pub fn seal(content: &Content) -> Vec<u8> {
     seal_encoded(&content.encode())
 }
 
-/// A file of this content, encoded.
+/// Returns a file with this encoded content.
 pub fn seal_encoded(content: &[u8]) -> Vec<u8> {
     let release = env!("CARGO_PKG_VERSION").as_bytes();
-    // A release of more than 65,535 letters there is not.
+    // No release has more than 65,535 letters.
     let length = u16::try_from(release.len()).unwrap_or(0).to_le_bytes();
     let rest = [&length, release, content].concat();
     let Sha256(hash) = Sha256::of(&rest);
     [&MAGIC[..], &FORMAT.to_le_bytes(), &hash, &rest].concat()
 }
 
-/// Opens a file for a daemon that takes so many robots.
+/// Opens a file for a daemon with at most `robots` robots.
 ///
 /// # Errors
-/// Returns an error if it is not a saved state, is of another format, is damaged, or has more entries than it may.
+/// Returns an error if it is not a saved state, has another format, is damaged, or has too many entries.
 pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     let Some((magic, rest)) = file.split_first_chunk::<8>() else { return Err(no_saved_state()) };
     let (Some((format, rest)), true) = (rest.split_first_chunk::<4>(), magic == MAGIC) else {
@@ -263,7 +265,7 @@ pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     Ok(Opened { written_by, content: Content::decode(content, robots)? })
 }
 
-/// A refusal of a file.
+/// Makes a refusal of a file.
 pub fn invalid(message: impl Into<String>) -> CallError {
     CallError::InvalidSavedState { message: message.into().chars().take(MAX_MESSAGE).collect() }
 }
@@ -351,7 +353,7 @@ mod tests {
         assert_eq!(robots, "the number of robots in the saved state would be 11, and the limit is 10");
         let files = refusal(&seal_encoded(&encoded(&("it", 0_usize, MAX_ENTRIES + 1))));
         assert!(files.contains("entries"), "{files}");
-        // A length of billions of billions, of a text and of what follows.
+        // Lengths above 10^18, of a text and of a list.
         let start = (3_u64, 0.0, (0_u64, 0.0), PhysicsSettings::default());
         let contacts = encoded(&(("it", 0_usize, 0_usize), start, u64::MAX));
         for claim in [encoded(&u64::MAX), encoded(&("it", 10_usize, 10_usize)), contacts] {

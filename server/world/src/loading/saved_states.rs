@@ -1,4 +1,4 @@
-//! Saved states to files and from them: a state of the world with all that its robots are made of.
+//! Saved states to and from files: a state of the world with all sources of its robots.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -15,14 +15,14 @@ use super::saved_state_file::{Content, Opened, RobotSource, SavedRobot, invalid,
 use crate::call_error::CallError;
 use crate::info::MAX_NAME_BYTES;
 
-/// Files by their hash.
+/// Files by hash.
 pub(crate) type Files = BTreeMap<Sha256, Arc<[u8]>>;
 
 impl Loader {
-    /// A file of a saved state of this name, with its hash.
+    /// Returns the file of a saved state with this name, and its hash.
     ///
     /// # Errors
-    /// Returns an error if the file would be larger than an upload may be.
+    /// Returns an error if the file would exceed the limit of uploads.
     pub(crate) async fn write_saved_state(
         &self,
         name: String,
@@ -34,10 +34,11 @@ impl Loader {
         Ok((sha256, file))
     }
 
-    /// The saved state that is in a file, under this name or, where it is empty, under the one that it had.
+    /// Reads a saved state from a file, under this name; an empty name keeps its old one.
     ///
     /// # Errors
-    /// Returns an error if the file is not a saved state or is damaged, and where its robots cannot be read as they were.
+    /// Returns an error if the file is not a saved state or is damaged, or its robots cannot be read as they
+    /// were.
     pub(crate) async fn read_saved_state(
         &self,
         file: Bytes,
@@ -58,15 +59,16 @@ impl Loader {
         Ok((name, saved))
     }
 
-    /// Robots that a file may have.
+    /// Returns the maximum number of robots in a file.
     pub(crate) fn most_robots(&self) -> usize {
         usize::try_from(self.limits.robots).unwrap_or(usize::MAX)
     }
 
-    /// The state that a file has, and the files beside it; its robots are those that are known, or are made and then known.
+    /// Returns the state in a file with the files beside it. Its robots are taken from `known`, or made and
+    /// added to it.
     ///
     /// # Errors
-    /// Returns an error if a file is lacking, and where its robots cannot be read as they were.
+    /// Returns an error if a file is missing, or its robots cannot be read as they were.
     pub(crate) async fn saved(
         &self,
         content: Content,
@@ -75,16 +77,17 @@ impl Loader {
     ) -> Result<Saved, CallError> {
         let mut made = Vec::with_capacity(content.robots.len());
         for SavedRobot { source, state, .. } in &content.robots {
-            // Robots that are made alike are one model; alone, a thousand balls are read a thousand times.
+            // Robots with equal sources share one model; otherwise, a thousand balls would be read a thousand
+            // times.
             made.push(self.made_again(source, files, &state.entity.name, known).await?);
         }
         self.off_thread(move || content.into_saved(made)).await?
     }
 
-    /// A robot from what it was made from.
+    /// Makes a robot from its source.
     ///
     /// # Errors
-    /// Returns an error if a file is lacking, and where it cannot be read.
+    /// Returns an error if a file is missing, or cannot be read.
     pub(crate) async fn made_again(
         &self,
         source: &RobotSource,
@@ -130,7 +133,7 @@ impl Loader {
         }
     }
 
-    /// What the robots of a state are made from, and the files for it.
+    /// Returns the sources of a state's robots, and the files for them.
     fn sources_and_files(&self, saved: &Saved) -> Result<(Vec<RobotSource>, Files), CallError> {
         let mut sources = Vec::new();
         let mut used = BTreeSet::new();
@@ -150,15 +153,15 @@ impl Loader {
         Ok((sources, files))
     }
 
-    /// What the robots of a state are made from.
+    /// Returns the sources of a state's robots.
     pub(crate) fn robot_sources(&self, saved: &Saved) -> Result<Vec<RobotSource>, CallError> {
         saved.models().map(|model| self.robot_source(model)).collect()
     }
 
-    /// What a robot is made from.
+    /// Returns the source of a robot.
     ///
     /// # Errors
-    /// Returns an error if it was not made here.
+    /// Returns an error if it was not made by this loader.
     pub(crate) fn robot_source(&self, model: &Arc<RobotModel>) -> Result<RobotSource, CallError> {
         let source = self.with_known(model, |known| RobotSource {
             description: known.description,
@@ -171,16 +174,16 @@ impl Loader {
         source.ok_or_else(|| CallError::Internal { message: unknown() })
     }
 
-    /// A file that a robot was made from.
+    /// Returns a file that a robot was made from.
     ///
     /// # Errors
-    /// Returns an error if it is not kept any more.
+    /// Returns an error if it is no longer stored.
     pub(crate) fn file_of_robot(&self, sha256: &Sha256) -> Result<Arc<[u8]>, CallError> {
         let gone = || CallError::Internal { message: format!("the file {sha256} of a robot is gone") };
         self.lock().store.get(sha256).ok_or_else(gone)
     }
 
-    /// A file that no daemon with these limits would take back is not written.
+    /// Refuses to write a file that no daemon with these limits would accept.
     fn check_file(&self, bytes: usize) -> Result<u64, CallError> {
         let (value, limit) = (bytes as u64, self.limits.asset_bytes);
         if value <= limit {
@@ -191,8 +194,7 @@ impl Loader {
     }
 }
 
-/// The meshes and pictures that a model was made with. Those that were missing or could not be read are
-/// missing again.
+/// Returns the meshes and pictures that a model was made with. Missing or unreadable ones are missing again.
 fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
     let mut files = BTreeMap::new();
     for link in &model.links {
@@ -203,7 +205,7 @@ fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
         for geometry in seen.chain(link.collisions.iter().map(|collision| &collision.geometry)) {
             if let Geometry::Mesh { uri, asset: Some(asset), .. } = geometry {
                 files.insert(uri.clone(), asset.sha256);
-                // The picture of the description's material is there by the visual.
+                // The picture of the description's material is named by the visual.
                 let beside = asset.files.iter().filter(|file| !file.name.is_empty());
                 files.extend(beside.map(|file| (simd_model::beside_mesh(uri, &file.name), file.sha256)));
             }

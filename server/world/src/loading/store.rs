@@ -1,5 +1,5 @@
-//! Files that were uploaded, by their hash: what no robot uses goes after a while, and earlier where there is no
-//! room, the longest unused before the rest.
+//! Uploaded files by their hash. Files that no robot uses are dropped after a while, or earlier if there is
+//! no room: least recently used first.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -11,23 +11,22 @@ use tokio_util::sync::CancellationToken;
 
 use crate::call_error::CallError;
 
-/// What a file is charged beside its bytes, so that a million empty files are
-/// not free.
+/// Bytes that a file counts for beside its own, so that a million empty files are not free.
 const ENTRY_BYTES: u64 = 1024;
 
 /// Files by hash, up to a number of bytes.
 #[derive(Debug)]
 pub(super) struct Store {
     files: HashMap<Sha256, File>,
-    /// Files that no robot uses, by when they were used last.
+    /// Files that no robot uses, by their last use.
     idle: BTreeMap<u64, Sha256>,
     bytes: u64,
     limit: u64,
-    /// What no robot uses for so long is forgotten.
+    /// Time after which an unused file is forgotten.
     unused: Duration,
-    /// Counts uses.
+    /// Number of uses so far.
     clock: u64,
-    /// Files that are here but whose hash is still to be checked; cancelled when it is.
+    /// Received files whose hash is still to be checked; each token is cancelled after the check.
     checking: HashMap<Sha256, CancellationToken>,
 }
 
@@ -35,43 +34,43 @@ pub(super) struct Store {
 struct File {
     bytes: Arc<[u8]>,
     used: u64,
-    /// When that was.
+    /// Time of the last use.
     since: Instant,
-    /// Robots that use it.
+    /// Number of robots that use it.
     pins: u32,
 }
 
 impl Store {
-    /// An empty store for so many bytes, which forgets what is unused for so long.
+    /// Makes an empty store with a limit in bytes, which forgets files that are unused for this time.
     pub(super) fn new(limit: u64, unused: Duration) -> Self {
         let (files, idle, checking) = Default::default();
         Self { files, idle, bytes: 0, limit, unused, clock: 0, checking }
     }
 
-    /// What to wait for where a file is here whose hash is being checked: another upload
-    /// of the same file must not get the answer that it is not under way.
+    /// Returns the token of a file whose hash is being checked. Another upload of the same file must wait for
+    /// it, and not get the answer that it is not in progress.
     pub(super) fn checking(&self, sha256: &Sha256) -> Option<CancellationToken> {
         self.checking.get(sha256).cloned()
     }
 
-    /// The check of a file's hash begins; [`Store::end_check`] must follow.
+    /// Notes the begin of the check of a file's hash; [`Store::end_check`] must follow.
     pub(super) fn begin_check(&mut self, sha256: Sha256) {
         self.checking.insert(sha256, CancellationToken::new());
     }
 
-    /// The check has ended, and the file is kept or not.
+    /// Notes the end of the check; the file is stored or not.
     pub(super) fn end_check(&mut self, sha256: &Sha256) {
         if let Some(done) = self.checking.remove(sha256) {
             done.cancel();
         }
     }
 
-    /// Whether a file is here. No use of it.
+    /// Returns whether a file is stored, without counting as a use.
     pub(super) fn contains(&self, sha256: &Sha256) -> bool {
         self.files.contains_key(sha256)
     }
 
-    /// A file, which is used by that.
+    /// Returns a file, and counts as a use.
     pub(super) fn get(&mut self, sha256: &Sha256) -> Option<Arc<[u8]>> {
         let file = self.files.get_mut(sha256)?;
         self.clock += 1;
@@ -83,10 +82,10 @@ impl Store {
         Some(file.bytes.clone())
     }
 
-    /// Keeps a file under the hash that it has.
+    /// Stores a file under its hash.
     ///
     /// # Errors
-    /// Returns an error if robots use so much of the store that it does not fit.
+    /// Returns an error if the files of robots leave too little room.
     pub(super) fn insert(&mut self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
         if self.get(&sha256).is_some() {
             return Ok(());
@@ -111,7 +110,7 @@ impl Store {
         Ok(())
     }
 
-    /// Keeps files for as long as a robot uses them.
+    /// Keeps files while a robot uses them.
     pub(super) fn pin(&mut self, files: &[Sha256]) {
         for sha256 in files {
             if let Some(file) = self.files.get_mut(sha256) {
@@ -121,13 +120,13 @@ impl Store {
         }
     }
 
-    /// Ends what [`Store::pin`] began.
+    /// Ends one [`Store::pin`].
     pub(super) fn unpin(&mut self, files: &[Sha256]) {
         for sha256 in files {
             if let Some(file) = self.files.get_mut(sha256) {
                 file.pins = file.pins.saturating_sub(1);
                 if file.pins == 0 {
-                    // It was in use until now.
+                    // The robot used it until now.
                     self.clock += 1;
                     (file.used, file.since) = (self.clock, Instant::now());
                     self.idle.insert(self.clock, *sha256);
@@ -150,7 +149,7 @@ impl Store {
         }
     }
 
-    /// Bytes of all files, with what each is charged beside.
+    /// Returns the bytes of all files, with `ENTRY_BYTES` each.
     #[cfg(test)]
     pub(super) fn bytes(&self) -> u64 {
         self.bytes
@@ -172,7 +171,7 @@ mod tests {
         (Sha256::of(&bytes), bytes.into())
     }
 
-    /// For three files of [`file`].
+    /// Returns a store for three files of [`file`].
     fn store() -> Store {
         Store::new(3 * (1000 + ENTRY_BYTES), UNUSED)
     }

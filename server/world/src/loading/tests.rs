@@ -1,4 +1,4 @@
-//! From bytes and paths to robots in a world.
+//! Robots in a world from bytes and paths.
 
 mod meshes;
 
@@ -16,7 +16,7 @@ use crate::blocking_threads::BlockingThreads;
 use crate::driver;
 use crate::handle::{AssetState, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
 
-/// A robot with these joints, each to a link of its own, and a mesh.
+/// Returns a robot with these joints, each with a separate child link, and a mesh.
 fn urdf(name: &str, joints: &[&str]) -> String {
     let mut text = format!(
         r#"<robot name="{name}"><link name="base"><visual><geometry>
@@ -33,7 +33,7 @@ fn urdf(name: &str, joints: &[&str]) -> String {
     text + "</robot>"
 }
 
-/// A binary STL of one triangle.
+/// Returns a binary STL with one triangle.
 fn stl(size: f32) -> Vec<u8> {
     let mut file = vec![0; 80];
     file.extend(1_u32.to_le_bytes());
@@ -252,14 +252,14 @@ async fn files_of_robots_stay_and_those_of_deleted_robots_make_room() {
     let full = handle.spawn(request(inline(text(2)))).await.unwrap_err();
     assert!(matches!(full, CallError::LimitExceeded { .. }), "{full}");
     handle.command(Command::Delete { robot: "arm0".into() }).await.unwrap();
-    // States of before, which still show the robot, are written over.
+    // Overwrites earlier states, which still show the robot.
     handle.step(100).await.unwrap();
     handle.spawn(request(inline(text(2)))).await.unwrap();
     assert!(handle.asset(&Sha256::of(text(0).as_bytes())).is_none());
     assert!(handle.asset(&Sha256::of(text(1).as_bytes())).is_some());
 }
 
-/// Fourteen megabytes of places where a file was looked for, under its URI and under others.
+/// Returns fourteen megabytes of searched paths of a file, under its URI and under others.
 fn missing() -> BTreeMap<String, Vec<String>> {
     let places = |uri: &str| (uri.to_owned(), vec!["/nowhere/at/all".to_owned(); 200_000]);
     [URI, "package://arm/meshes/unasked.stl"].into_iter().map(places).collect()

@@ -1,4 +1,4 @@
-//! Descriptions and files as clients send them.
+//! Descriptions and files that clients send.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,10 +20,10 @@ use crate::account::Account;
 use crate::call_error::CallError;
 
 impl Loader {
-    /// Keeps a description and says which of its files are lacking.
+    /// Stores a description, and returns which of its files are missing.
     ///
     /// # Errors
-    /// Returns an error if it is too large or cannot be read at all.
+    /// Returns an error if it is too large, or cannot be read at all.
     pub(crate) async fn prepare(
         &self,
         urdf: Bytes,
@@ -31,7 +31,7 @@ impl Loader {
     ) -> Result<Prepared, CallError> {
         self.check_description(urdf.len())?;
         let reading = self.limits.reading;
-        // Included files and meshes that are here say what else is named.
+        // Stored includes and meshes may name further files.
         let known = {
             let mut cache = self.lock();
             let known = assets.iter().filter_map(|(uri, sha256)| {
@@ -61,11 +61,11 @@ impl Loader {
         Ok(Prepared { description, name: wire_name(&described.name), assets, models: described.models })
     }
 
-    /// Takes a part of a file; gives how much of it is here.
+    /// Stores a part of a file; returns the number of received bytes.
     ///
     /// # Errors
-    /// Returns an error if the file is too large, where parts do not fit, and where the whole
-    /// does not have the hash.
+    /// Returns an error if the file is too large, parts do not match, or the whole file does not have the
+    /// hash.
     pub(crate) async fn upload(
         self: &Arc<Self>,
         sha256: Sha256,
@@ -102,7 +102,8 @@ impl Loader {
             };
             checked.cancelled().await;
         };
-        // A task of its own: others wait for the file, also where this caller goes away. It counts for this caller.
+        // A separate task: other callers wait for the file, even if this caller disconnects. It counts for
+        // this caller.
         let loader = self.clone();
         let checked = tokio::spawn(Account::current().scope(async move {
             let check = Check { loader, sha256 };
@@ -119,15 +120,15 @@ impl Loader {
         checked.await.map_err(failed)?
     }
 
-    /// Uploads of which a part has come and not the rest, and the bytes that have.
+    /// Returns the number of incomplete uploads, and their received bytes.
     pub fn uploads_under_way(&self) -> (usize, usize) {
         self.lock().partials.under_way()
     }
 
-    /// Reads a description as a spawn would, and only reports.
+    /// Reads a description like a spawn, but only returns the report.
     ///
     /// # Errors
-    /// Returns an error if its bytes cannot be had.
+    /// Returns an error if its bytes are not available.
     pub(crate) async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
         let options = self.load_options(scale, false, MeshShapes::default(), None);
         let which = Which::One(String::new());
@@ -147,16 +148,16 @@ impl Loader {
         })
     }
 
-    /// A file that was uploaded or that a robot uses.
+    /// Returns a file that was uploaded or that a robot uses.
     pub(crate) fn asset(&self, sha256: &Sha256) -> Option<Bytes> {
         self.lock().store.get(sha256).map(Bytes::from_owner)
     }
 
-    /// Does what takes long with the mesh of a look, off the threads that others wait for;
-    /// `None` where no robot uses it.
+    /// Runs long work on the mesh of a look, on threads that delay no other call; `None` if no robot uses the
+    /// mesh.
     ///
     /// # Errors
-    /// Returns an error if too much waits for a permit already.
+    /// Returns an error if too many calls wait for a permit already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
         look: &Sha256,
@@ -166,10 +167,10 @@ impl Loader {
         self.off_thread(move || work(&mesh)).await.map(Some)
     }
 
-    /// The text of a description with other file names of its meshes.
+    /// Returns the text of a description with other file names of its meshes.
     ///
     /// # Errors
-    /// Returns an error if too much waits to be read already, and where the text cannot be read.
+    /// Returns an error if too many reads wait already, or the text cannot be read.
     pub(crate) async fn readdress(
         &self,
         urdf: Bytes,
@@ -179,17 +180,17 @@ impl Loader {
         self.off_thread(move || simd_model::readdress(&urdf, &limits, &address)).await?.map_err(refused)
     }
 
-    /// Reads what an SRDF says of what a robot touches.
+    /// Reads the collision filter of an SRDF.
     ///
     /// # Errors
-    /// Returns an error if it is none, and where `strict` refuses what it was found to have.
+    /// Returns an error if it is not an SRDF, or `strict` refuses its findings.
     async fn read_srdf(&self, srdf: Bytes, model: Arc<RobotModel>, strict: bool) -> Result<Srdf, CallError> {
         let limits = self.limits.reading;
         let read = move || simd_model::read_srdf(&srdf, &model, strict, &limits);
         self.off_thread(read).await?.map_err(refused)
     }
 
-    /// What a robot was made from, with states of an SRDF in its description.
+    /// Returns a robot's source, with states of an SRDF added to its description.
     async fn with_states(
         &self,
         used: Used,
@@ -210,11 +211,11 @@ impl Loader {
         self.off_thread(write).await
     }
 
-    /// Reads a robot, and keeps what it was made from for as long as its model lives. Of a file with several robots it is
-    /// the one of the name that the robot had. Of an SRDF the named states alone are taken; empty is none.
+    /// Reads a robot, and keeps its source for as long as its model lives. In a file with several robots, it
+    /// is the one with the robot's name. Only the named states of the SRDF are used; empty means no SRDF.
     ///
     /// # Errors
-    /// Returns an error if its bytes cannot be had, and where they are no robot.
+    /// Returns an error if its bytes are not available, or are not a robot.
     pub(crate) async fn load(
         &self,
         origin: Origin,
@@ -230,10 +231,11 @@ impl Loader {
         Ok(made)
     }
 
-    /// The same of several robots, with an SRDF, of which the named states become the model's; empty is none.
+    /// Like `load`, for several robots, with a whole SRDF, whose named states become the model's; empty means
+    /// no SRDF.
     ///
     /// # Errors
-    /// As [`load`](Self::load), and where the SRDF is none or is refused.
+    /// As [`load`](Self::load), and if the SRDF is invalid or refused.
     pub(crate) async fn load_with_srdf(
         &self,
         origin: Origin,
@@ -252,7 +254,7 @@ impl Loader {
                 let model = Arc::make_mut(&mut made.model);
                 let own = model.setup.states.len();
                 model.setup.add_states(states);
-                // What is kept has them too, and so has what is saved.
+                // The stored and saved descriptions include them too.
                 let added = model.setup.states.get(own..).unwrap_or_default().to_vec();
                 if !added.is_empty() {
                     used = self.with_states(used, Arc::clone(&made.model), added).await?;
@@ -280,7 +282,7 @@ impl Assets for Known {
     }
 }
 
-/// A check of a file's hash, which ends with it however that comes about.
+/// A check of a file's hash, which ends when this is dropped for any reason.
 struct Check {
     loader: Arc<Loader>,
     sha256: Sha256,

@@ -1,4 +1,4 @@
-//! Xacro files as clients send them, to URDFs.
+//! Xacro files of clients, and their expansion to URDFs.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,23 +10,24 @@ use simd_model::LoadReport;
 use super::Loader;
 use crate::call_error::CallError;
 
-/// A xacro file and what it may include.
+/// A xacro file and the files that it may include.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct XacroFiles {
-    /// By their paths from one folder: steps divided by `/`, none of them empty, `.` or `..`, and no file is the folder of another.
+    /// Files by their paths from one folder. Steps are divided by `/`, and none of them is empty, `.` or
+    /// `..`. No file is the folder of another.
     pub files: BTreeMap<String, Bytes>,
-    /// Which of them is expanded.
+    /// Path of the file to expand.
     pub path: String,
-    /// `$(arg NAME)` by name.
+    /// Values of `$(arg NAME)` by name.
     pub arguments: BTreeMap<String, String>,
 }
 
-/// What became of it.
+/// Result of an expansion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExpandedXacro {
-    /// An absolute path in it is that of a file that was sent, with a `/` before it.
+    /// URDF. An absolute path in it is the path of a sent file, with a `/` before it.
     pub urdf: String,
-    /// What the files say by `xacro.message` and `xacro.warning`.
+    /// Messages of the files by `xacro.message` and `xacro.warning`.
     pub messages: Vec<String>,
 }
 
@@ -34,15 +35,16 @@ impl Loader {
     /// Expands a xacro file to a URDF.
     ///
     /// # Errors
-    /// Returns an error if the files are too large together, and where the xacro cannot be understood.
+    /// Returns an error if the files are too large in total, or the xacro is invalid.
     pub(crate) async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
         self.check_description(files.files.values().map(Bytes::len).sum())?;
         self.off_thread(move || expand(&files)).await?
     }
 }
 
-/// Packages are found by their folders, as on the disk of a client that expands by itself: so the files are written into a folder of
-/// their own, which is gone afterwards, and nothing is found outside of it.
+/// Expands in a temporary folder. Packages are found by their folders, as on the disk of a client that
+/// expands locally. So the files are written into a separate folder, which is deleted afterwards, and nothing
+/// is found outside of it.
 fn expand(files: &XacroFiles) -> Result<ExpandedXacro, CallError> {
     let unwritten = |error: std::io::Error| CallError::Internal {
         message: format!(
@@ -50,7 +52,7 @@ fn expand(files: &XacroFiles) -> Result<ExpandedXacro, CallError> {
         ),
     };
     let folder = tempfile::TempDir::with_prefix("simd-xacro-").map_err(unwritten)?;
-    // As the expansion has it, which follows links: the folder for temporary files may be one.
+    // The expansion follows links, and the folder for temporary files may be one.
     let root = folder.path().canonicalize().map_err(unwritten)?;
     for (path, bytes) in &files.files {
         let path = root.join(path);
@@ -73,7 +75,7 @@ fn expand(files: &XacroFiles) -> Result<ExpandedXacro, CallError> {
     }
 }
 
-/// With the paths that the client knows: none learns of the folder.
+/// Restores the paths that the client knows, so that no client sees the folder.
 fn as_sent(text: &str, root: &Path) -> String {
     text.replace(&*root.to_string_lossy(), "")
 }

@@ -1,40 +1,40 @@
-//! Pictures of cameras as messages of ROS 2, for its graph and for recordings.
+//! Pictures of cameras as ROS 2 messages, for its graph and for recordings.
 
 use bytes::Bytes;
 use simd_ros2::messages::sensor_msgs::{CameraInfo, Image};
 use simd_ros2::messages::std_msgs::Header;
 
-/// From the axes of a camera's pictures, z forwards and x to the right, to those of its sensor, which has x forwards and z up: x, y,
-/// z, w.
+/// Rotation from the optical axes (z forwards, x to the right) to the axes of the sensor (x forwards, z up):
+/// x, y, z, w.
 pub const SENSOR_FROM_OPTICAL: [f64; 4] = [-0.5, 0.5, -0.5, 0.5];
 
-/// What the numbers of a picture's pixels are.
+/// Meaning of a picture's pixel values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageKind {
-    /// Its topic, below that of the camera.
+    /// Topic, below the camera's.
     pub topic: &'static str,
-    /// As `sensor_msgs/image_encodings.hpp` calls it.
+    /// Name in `sensor_msgs/image_encodings.hpp`.
     pub(crate) encoding: &'static str,
-    /// Of a pixel.
+    /// Bytes of a pixel.
     pub(crate) bytes: u32,
 }
 
 impl ImageKind {
     /// Red, green and blue.
     pub const COLOR: Self = Self { topic: "image_raw", encoding: "rgb8", bytes: 3 };
-    /// Metres along the optical axis.
+    /// Distance along the optical axis, metres.
     pub const DEPTH: Self = Self { topic: "depth/image_raw", encoding: "32FC1", bytes: 4 };
     /// Numbers of links.
     pub const SEGMENTATION: Self = Self { topic: "segmentation/image_raw", encoding: "32SC1", bytes: 4 };
-    /// The topic of what maps points to pixels.
+    /// Topic of the parameters that map points to pixels.
     pub const INFO_TOPIC: &'static str = "camera_info";
 
-    /// Of a picture of so many pixels.
+    /// Returns the bytes of a picture with this size in pixels.
     pub fn size(self, width: u32, height: u32) -> u64 {
         u64::from(width) * u64::from(height) * u64::from(self.bytes)
     }
 
-    /// The message of a plane, row by row from the upper left pixel.
+    /// Returns the message of a plane, row by row from the upper left pixel.
     pub fn image(self, header: Header, width: u32, height: u32, data: &Bytes) -> Image {
         Image {
             header,
@@ -48,7 +48,8 @@ impl ImageKind {
     }
 }
 
-/// Of a pinhole camera, by its focal lengths and where its axis is, pixels: nothing is distorted, and nothing turned.
+/// Returns the parameters of a pinhole camera from its focal lengths and optical centre, pixels: without
+/// distortion and rectification.
 pub fn camera_info(header: Header, width: u32, height: u32, [fx, fy, cx, cy]: [f64; 4]) -> CameraInfo {
     CameraInfo {
         header,

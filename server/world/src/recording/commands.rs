@@ -1,5 +1,5 @@
-//! Commands as a recording has them, and back. What a command needs beside its numbers is in files of their own, each of
-//! which its SHA-256 names: descriptions and meshes of robots, and saved states.
+//! Commands to and from their form in a recording. Descriptions and meshes of robots, and saved states, are
+//! in separate files, each named by its SHA-256.
 
 use std::collections::BTreeMap;
 
@@ -14,12 +14,12 @@ use crate::driver::AppliedCommand;
 use crate::loading::saved_state_file::{Content, RobotSource, open, seal};
 use crate::loading::{Files, Loader};
 
-/// Where the files go that something names.
+/// Receiver of the files that a command needs.
 pub(super) trait KeepFile {
-    /// Why they cannot be kept.
+    /// Error of a failed write.
     type Error: From<CallError>;
 
-    /// Keeps a file, unless it was kept before.
+    /// Stores a file, unless it was stored before.
     fn keep(
         &mut self,
         sha256: Sha256,
@@ -27,7 +27,8 @@ pub(super) trait KeepFile {
     ) -> Result<(), Self::Error>;
 }
 
-/// A command with what replaying it needs. The moment and the number of steps are the caller's.
+/// Encodes a command with everything that its replay needs. The caller adds the moment and the number of
+/// steps.
 pub(super) fn encode<K: KeepFile>(
     applied: &AppliedCommand,
     loader: &Loader,
@@ -49,7 +50,7 @@ pub(super) fn encode<K: KeepFile>(
         Command::ImportSavedState { saved, .. } => keep_state(saved, loader, files)?.to_string(),
         _ => String::new(),
     };
-    // Its source says who sent it where the call did not.
+    // If the call has no sender, the source of the targets names it.
     let source = match command {
         Command::SetTargets(targets) => targets.source.as_ref().map(|source| source.client.clone()),
         _ => None,
@@ -61,14 +62,14 @@ pub(super) fn encode<K: KeepFile>(
         kind: kind(&json).to_owned(),
         data: encoded(command)?,
         json,
-        // Of several robots one after another: each knows its own end.
+        // Sources of several robots are concatenated: each contains its own end.
         robot_source: robot_sources.iter().map(encoded).collect::<Result<Vec<_>, CallError>>()?.concat(),
         state_sha256,
         ..v1::RecordedCommand::default()
     })
 }
 
-/// `SetTargets` of `{"SetTargets":{...}}`.
+/// Returns the kind: `SetTargets` for `{"SetTargets":{...}}`.
 fn kind(json: &str) -> &str {
     json.split('"').nth(1).unwrap_or_default()
 }
@@ -85,7 +86,7 @@ fn keep_robot<K: KeepFile>(source: &RobotSource, loader: &Loader, files: &mut K)
     Ok(())
 }
 
-/// Keeps a state, with the files of its robots; gives the hash of what it is written as.
+/// Stores a state with the files of its robots; returns the hash of its encoding.
 pub(super) fn keep_state<K: KeepFile>(
     saved: &Saved,
     loader: &Loader,
@@ -101,16 +102,16 @@ pub(super) fn keep_state<K: KeepFile>(
     Ok(sha256)
 }
 
-/// A claim that holds.
+/// Encodes an active claim.
 pub(super) fn encode_claim(request: &ClaimRequest) -> Result<v1::RecordedClaim, CallError> {
     Ok(v1::RecordedClaim { data: encoded(request)?, holder: request.holder.clone() })
 }
 
-/// Makes what a recording has into what a world takes.
+/// Decodes a recording's contents for a world.
 #[derive(Debug)]
 pub(super) struct Decoder {
     pub(super) loader: Loader,
-    /// Robots that were made.
+    /// Robots that were made before.
     known: BTreeMap<RobotSource, RobotParts>,
 }
 
@@ -119,7 +120,7 @@ impl Decoder {
         Self { loader, known: BTreeMap::new() }
     }
 
-    /// A command, and the claim that it came with.
+    /// Returns a command, and the claim of its sender.
     pub(super) async fn command(
         &mut self,
         recorded: &v1::RecordedCommand,
@@ -162,7 +163,7 @@ impl Decoder {
         self.loader.made_again(&source, files, name, &mut self.known).await
     }
 
-    /// A state by its hash, and who wrote it.
+    /// Returns a state by its hash, and the release that wrote it.
     pub(super) async fn state(&mut self, sha256: &str, files: &Files) -> Result<(Saved, String), CallError> {
         let file = Sha256::parse(sha256).and_then(|sha256| files.get(&sha256).cloned());
         let lacking: String = sha256.chars().take(64).collect();
@@ -183,14 +184,14 @@ fn decoded<T: serde::de::DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T
     if rest.is_empty() { Ok(value) } else { Err(damaged(&"there is more after its end")) }
 }
 
-/// A message of a recording.
+/// Decodes a message of a recording.
 pub(super) fn message<M: simd_proto::checked::Known>(bytes: &[u8]) -> Result<M, CallError> {
     simd_proto::checked::check(M::SHAPE, bytes)
         .map_err(|refused| invalid(&format!("a message cannot be read: {refused}")))?;
     M::decode(bytes).map_err(|error| invalid(&format!("a message cannot be read: {error}")))
 }
 
-/// A refusal of a recording.
+/// Makes a refusal of a recording.
 pub(super) fn invalid(message: &str) -> CallError {
     CallError::InvalidSavedState { message: format!("the recording is damaged: {message}") }
 }

@@ -1,4 +1,4 @@
-//! One file of a recording: its channels, and the files that others name.
+//! One file of a recording: its channels, and the files that messages name.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
@@ -17,14 +17,14 @@ use super::commands::KeepFile;
 use crate::call_error::CallError;
 use crate::driver::Published;
 
-/// The name of the metadata that says that a file is a recording.
+/// Name of the metadata that marks a file as a recording.
 pub(super) const METADATA: &str = "simd.recording";
-/// The format that is written and read.
+/// Version of the format that is written and read.
 pub(super) const FORMAT: u32 = 4;
-/// Bytes of a part of a file.
+/// Size of a part of a stored file, bytes.
 const PART: usize = 1 << 20;
 
-/// Topics of what is replayed.
+/// Topics for the replay.
 pub(super) mod topic {
     pub(crate) const FILES: &str = "/simd/files";
     pub(crate) const WORLDS: &str = "/simd/worlds";
@@ -34,13 +34,13 @@ pub(super) mod topic {
     pub(crate) const CONTACTS: &str = "/simd/contacts";
 }
 
-/// Why something is not written.
+/// Cause of a failed write.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Unwritten {
-    /// The disk.
+    /// The disk failed.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// The daemon.
+    /// The daemon refused.
     #[error("{0}")]
     Call(#[from] CallError),
 }
@@ -50,16 +50,16 @@ pub(super) enum Unwritten {
 pub(super) struct RecordingFile {
     writer: Writer<BufWriter<File>>,
     pub(super) path: PathBuf,
-    /// Nanoseconds since 1970, of what is written now.
+    /// Time of the next messages, nanoseconds since 1970.
     pub(super) time: u64,
     channels: BTreeMap<String, u16>,
     schemas: BTreeMap<String, u16>,
-    /// Files that are in it.
+    /// Files that it contains.
     kept: BTreeSet<Sha256>,
 }
 
 impl RecordingFile {
-    /// A new file.
+    /// Creates a file.
     pub(super) fn create(path: &Path, daemon: &str, recording: &str, number: u64) -> io::Result<Self> {
         let file = OpenOptions::new().write(true).create_new(true).open(path)?;
         let release = env!("CARGO_PKG_VERSION");
@@ -78,12 +78,12 @@ impl RecordingFile {
         Ok(Self { writer, path: path.to_owned(), time: 0, channels, schemas, kept })
     }
 
-    /// Whether a file is in it.
+    /// Returns whether it contains a file.
     pub(super) fn has(&self, sha256: &Sha256) -> bool {
         self.kept.contains(sha256)
     }
 
-    /// Bytes on the disk, as far as they were handed over.
+    /// Returns the bytes handed over to the disk.
     pub(super) fn written(&self) -> u64 {
         self.writer.written()
     }
@@ -92,7 +92,7 @@ impl RecordingFile {
         self.writer.flush()
     }
 
-    /// Says something about what is in it, unless there is nothing to say.
+    /// Adds a summary of its contents, unless the summary is empty.
     pub(super) fn add_summary(&mut self, name: &str, summary: &BTreeMap<String, String>) -> io::Result<()> {
         if summary.is_empty() { Ok(()) } else { self.writer.add_metadata(name, summary) }
     }
@@ -103,7 +103,7 @@ impl RecordingFile {
         file.sync_data()
     }
 
-    /// The channel of a topic, made where it is not there yet.
+    /// Returns the channel of a topic, and creates it at first use.
     pub(super) fn channel(
         &mut self,
         topic: &str,
@@ -132,7 +132,7 @@ impl RecordingFile {
         self.writer.write(channel, self.time, data)
     }
 
-    /// A message of our schema, encoded.
+    /// Writes an encoded message of the schema.
     pub(super) fn write_encoded(&mut self, topic: &str, message: &str, data: &[u8]) -> io::Result<()> {
         let name = format!("simd.v1.{message}");
         let schema = || descriptors(&name);
@@ -182,13 +182,13 @@ impl KeepFile for RecordingFile {
     }
 }
 
-/// Nanoseconds since 1970.
+/// Returns nanoseconds since 1970.
 pub(super) fn nanos(time: SystemTime) -> u64 {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// A moment, with what is known of when and how it was published.
+/// Returns the stamp of a moment, with the known facts about its publication.
 pub(super) fn stamp(at: Moment, published: Option<&Published>) -> v1::Stamp {
     let timestamp = |state: &Published| {
         let nanos = nanos(state.wall_time);
@@ -207,7 +207,7 @@ pub(super) fn stamp(at: Moment, published: Option<&Published>) -> v1::Stamp {
     }
 }
 
-/// The file of the schema that has a message, and those that it imports.
+/// Returns the schema's file with this message, and the files that it imports.
 fn descriptors(message: &str) -> Vec<u8> {
     let Ok(all) = FileDescriptorSet::decode(v1::FILE_DESCRIPTOR_SET) else { return Vec::new() };
     let short = message.trim_start_matches("simd.v1.");
@@ -228,7 +228,7 @@ fn descriptors(message: &str) -> Vec<u8> {
     }
     let mut file = all.file;
     file.retain(|file| wanted.iter().any(|wanted| wanted == file.name()));
-    // Comments are most of it.
+    // Comments are most of their size.
     file.iter_mut().for_each(|file| file.source_code_info = None);
     FileDescriptorSet { file }.encode_to_vec()
 }

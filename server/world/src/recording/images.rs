@@ -1,5 +1,5 @@
-//! Pictures of cameras in a recording: those that a renderer draws at a camera's rate, as messages of ROS 2, and no more of them than
-//! so many bytes a second. To record is what has them drawn.
+//! Pictures of cameras in a recording: pictures that a renderer draws at a camera's rate, as ROS 2 messages.
+//! They stay within a limit of bytes per second. A running recording requests the pictures.
 
 #[cfg(test)]
 mod tests;
@@ -22,45 +22,45 @@ use super::readings::describe;
 use super::ros::{stamp, topic_part, write};
 use crate::driver::Published;
 
-/// How often new pictures are looked for at the most.
+/// Minimum time between two looks for new pictures.
 const LOOK: Duration = Duration::from_millis(10);
-/// Of many cameras less often: each of them costs a look at all that are followed.
+/// Minimum time per camera, since each camera costs a look at all followed ones.
 const LOOK_OF_CAMERA: Duration = Duration::from_micros(100);
-/// Bytes of the largest plane that is recorded: readers of recordings refuse messages of 32 MiB.
+/// Maximum size of a recorded plane, bytes: readers of recordings refuse messages of 32 MiB.
 const LARGEST: u64 = 16 << 20;
-/// No camera waits for longer.
+/// Longest wait of a camera.
 const LONGEST: Duration = Duration::from_secs(600);
-/// Cameras that are remembered; of those that are gone more are forgotten.
+/// Number of cameras beyond which deleted ones are forgotten.
 const MOST_CAMERAS: usize = 2_048;
-/// The name of the metadata that says what there is of each camera.
+/// Name of the metadata that summarizes the pictures of each camera.
 pub(super) const METADATA: &str = "simd.cameras";
 
 /// A picture of a camera.
 pub(crate) struct CameraImage {
-    /// Larger than that of every picture before.
+    /// Number, larger than in every earlier picture.
     pub(crate) sequence: u64,
-    /// The state that was drawn.
+    /// Sequence of the drawn state.
     pub(crate) state_sequence: u64,
-    /// Of that state.
+    /// Simulated time of that state, seconds.
     pub(crate) sim_time: f64,
-    /// When that state was published.
+    /// Wall time at which that state was published.
     pub(crate) wall_time: SystemTime,
-    /// Pixels.
+    /// Width, pixels.
     pub(crate) width: u32,
-    /// Pixels.
+    /// Height, pixels.
     pub(crate) height: u32,
-    /// Focal lengths and where the axis is, pixels.
+    /// Focal lengths and optical centre, pixels.
     pub(crate) pinhole: [f64; 4],
-    /// Pictures of the camera's rate up to this one.
+    /// Number of pictures at the camera's rate up to this one.
     pub(crate) drawn: u64,
-    /// What it has for each pixel.
+    /// Planes.
     pub(crate) planes: Vec<ImagePlane>,
 }
 
-/// Numbers of a picture, row by row from the upper left pixel.
+/// Values of a picture's pixels, row by row from the upper left one.
 pub(crate) struct ImagePlane {
     pub(crate) kind: ImageKind,
-    /// Gives them, as long as they are to be; it may take milliseconds where they were packed.
+    /// Returns the values in full length; it may take milliseconds if they are compressed.
     pub(crate) unpack: Box<dyn FnOnce() -> io::Result<Bytes>>,
 }
 
@@ -68,50 +68,52 @@ pub(crate) struct ImagePlane {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NoRenderer;
 
-/// Where pictures come from. Who draws them is known further up.
+/// Source of pictures. Renderers are known only in a higher layer.
 pub(crate) trait ImageSource: fmt::Debug + Send + Sync {
-    /// The newest picture of a camera's own rate after that of a number, by the sensor's id; more are drawn for some seconds.
+    /// Returns the newest picture at a camera's own rate with a larger number than `after`; `camera` is the
+    /// sensor's id. Further pictures are drawn for some seconds.
     ///
     /// # Errors
-    /// Returns an error if no renderer is there.
+    /// Returns an error if there is no renderer.
     fn next_image(&self, camera: u64, after: u64) -> Result<Option<CameraImage>, NoRenderer>;
 }
 
-/// What of cameras is in the recording.
+/// Recorded pictures of cameras.
 #[derive(Debug)]
 pub(super) struct Images {
-    /// Of all cameras together, nothing packed.
+    /// Limit of all cameras together, uncompressed.
     bytes_per_second: f64,
-    /// Pictures of this state and of those before are of no step of the recording.
+    /// Sequence of the last state before the recording: its pictures and earlier ones belong to no recorded
+    /// step.
     before: u64,
-    /// When they are looked for again.
+    /// Time of the next look.
     next_look: Option<Instant>,
-    /// No renderer was there at the last look.
+    /// Whether there was no renderer at the last look.
     is_undrawn: bool,
     cameras: BTreeMap<u64, Recorded>,
 }
 
-/// What of a camera is in the recording.
+/// Recorded pictures of a camera.
 #[derive(Debug, Default)]
 struct Recorded {
     /// `ROBOT/NAME`.
     name: String,
-    /// The number of the last picture.
+    /// Number of the last picture.
     after: u64,
-    /// Its pictures of the camera's rate up to that one.
+    /// Number of pictures at the camera's rate up to that one.
     drawn: Option<u64>,
     share: Share,
-    /// Its frames are in the file.
+    /// Whether its frames are in the file.
     is_described: bool,
-    /// One of its planes is too large.
+    /// Whether one of its planes is too large.
     is_too_large: bool,
-    /// In the file.
+    /// Number of pictures in the file.
     recorded: u64,
-    /// Drawn meanwhile, and not in the file.
+    /// Number of pictures that were drawn, but are not in the file.
     left_out: u64,
 }
 
-/// A camera's part of the bytes of a second: who has written a picture waits for as long as it costs.
+/// A camera's share of the bytes per second: after a picture, it waits for the time that the picture costs.
 #[derive(Debug, Default)]
 struct Share {
     free_at: Option<Instant>,
@@ -122,7 +124,8 @@ impl Share {
         self.free_at.is_none_or(|at| at <= now)
     }
 
-    /// Waiting that a picture did not use counts for the next one, for as long as that costs: pictures do not come evenly.
+    /// Takes the cost of a picture. Unused waiting time counts for the next picture, up to its cost: pictures
+    /// do not come evenly.
     fn take(&mut self, bytes: u64, bytes_per_second: f64, now: Instant) {
         let cost =
             Duration::try_from_secs_f64(bytes as f64 / bytes_per_second).unwrap_or(LONGEST).min(LONGEST);
@@ -133,7 +136,7 @@ impl Share {
 }
 
 impl Images {
-    /// Those of states after the newest one; `None` where none are to be recorded.
+    /// Records pictures of states after the newest one; `None` if pictures are disabled.
     pub(super) fn begin(bytes_per_second: u64, newest: &Published) -> Option<Self> {
         (bytes_per_second > 0).then(|| Self {
             bytes_per_second: bytes_per_second as f64,
@@ -144,14 +147,14 @@ impl Images {
         })
     }
 
-    /// Another file has none of what is said once.
+    /// Begins another file, which has no descriptions yet.
     pub(super) fn begin_file(&mut self) {
         for camera in self.cameras.values_mut() {
             (camera.is_described, camera.recorded, camera.left_out) = (false, 0, 0);
         }
     }
 
-    /// Writes the pictures that came since the last time, now and then.
+    /// Writes new pictures, at intervals.
     pub(super) fn keep_up(
         &mut self,
         source: &dyn ImageSource,
@@ -165,7 +168,7 @@ impl Images {
         }
     }
 
-    /// Writes the pictures that came since the last time.
+    /// Writes new pictures.
     pub(super) fn write(
         &mut self,
         source: &dyn ImageSource,
@@ -181,7 +184,7 @@ impl Images {
         let count = u32::try_from(cameras().count()).unwrap_or(u32::MAX).max(1);
         let share = self.bytes_per_second / f64::from(count);
         self.next_look = now.checked_add(LOOK.max(LOOK_OF_CAMERA.saturating_mul(count)));
-        // Not known where no camera is asked.
+        // Unknown if no camera is asked.
         let mut is_undrawn = None;
         for sensor in cameras() {
             let Some(entity) = state.state.world.entities.get(sensor.robot) else { continue };
@@ -189,7 +192,7 @@ impl Images {
             if camera.name.is_empty() {
                 camera.name = format!("{}/{}", entity.name, sensor.definition.name);
             }
-            // Without a renderer none of them has one.
+            // Without a renderer, no camera has a picture.
             if is_undrawn == Some(true) || !camera.share.is_free(now) {
                 continue;
             }
@@ -214,7 +217,7 @@ impl Images {
         Ok(())
     }
 
-    /// What there is of each camera, in a sentence, for who wonders where its pictures are.
+    /// Returns a sentence about the recorded pictures of each camera, for people who miss some.
     pub(super) fn summary(&self) -> BTreeMap<String, String> {
         self.cameras.values().map(|camera| (camera.name.clone(), camera.summary())).collect()
     }
@@ -231,7 +234,7 @@ impl Recorded {
     ) -> Result<(), Unwritten> {
         let CameraImage { sequence, sim_time, wall_time, width, height, pinhole, drawn, planes, .. } = image;
         let sizes = || planes.iter().map(|plane| plane.kind.size(width, height));
-        // Of those that were drawn between two looks, or while this camera waited.
+        // Pictures that were drawn between two looks, or while this camera waited.
         self.left_out += self.drawn.map_or(0, |before| drawn.saturating_sub(before + 1));
         (self.after, self.drawn) = (sequence, Some(drawn));
         if sizes().any(|bytes| bytes > LARGEST) {

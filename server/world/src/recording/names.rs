@@ -1,5 +1,5 @@
-//! How recordings are called, and which files they consist of: `NAME.mcap`, or `NAME.000001.mcap` and those after it where only
-//! the last minutes are kept. A name has no dot, so that no file is of two.
+//! Names of recordings and of their files: `NAME.mcap`, or `NAME.000001.mcap` and following if only the last
+//! minutes are kept. A name has no dot, so that no file belongs to two recordings.
 
 use std::path::Path;
 use std::time::SystemTime;
@@ -7,28 +7,28 @@ use std::{fs, io};
 
 use time::OffsetDateTime;
 
-/// Characters of a name.
+/// Maximum length of a name, characters.
 const MAX_NAME: usize = 64;
-/// Files of a folder that are looked at.
+/// Maximum number of files in the folder that are examined.
 const MOST_FILES: usize = 100_000;
 
-/// Whether a recording may be called that.
+/// Returns whether a recording may have this name.
 pub fn is_name(name: &str) -> bool {
     let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
     (1..=MAX_NAME).contains(&name.len()) && name.bytes().all(is_part)
 }
 
-/// Its only file.
+/// Returns the name of its only file.
 pub(super) fn single(name: &str) -> String {
     format!("{name}.mcap")
 }
 
-/// One of its files, from 1.
+/// Returns the name of one of its files, from 1.
 pub(super) fn numbered(name: &str, number: u64) -> String {
     format!("{name}.{number:06}.mcap")
 }
 
-/// The recording that a file is of, and its number in it; 0 for the only one.
+/// Returns the recording of a file, and the file's number; 0 for the only file.
 fn parse(file: &str) -> Option<(&str, u64)> {
     let stem = file.strip_suffix(".mcap")?;
     let (name, number) = match stem.split_once('.') {
@@ -41,7 +41,8 @@ fn parse(file: &str) -> Option<(&str, u64)> {
     is_name(name).then_some((name, number))
 }
 
-/// All files of recordings in a folder, each with its recording's name: by name, and then in their order.
+/// Returns all files of recordings in a folder, each with its recording's name: ordered by name, then by
+/// number.
 pub(super) fn files(directory: &Path) -> io::Result<Vec<(String, String)>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(directory)?.take(MOST_FILES) {
@@ -54,7 +55,7 @@ pub(super) fn files(directory: &Path) -> io::Result<Vec<(String, String)>> {
     Ok(found.into_iter().map(|(name, _, file)| (name, file)).collect())
 }
 
-/// `2026-03-01T12-00-00`, in UTC.
+/// Returns a name like `2026-03-01T12-00-00`, in UTC.
 pub(super) fn of_time(time: SystemTime) -> String {
     let time = OffsetDateTime::from(time);
     let (hour, minute, second) = time.to_hms();

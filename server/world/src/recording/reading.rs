@@ -1,5 +1,5 @@
-//! What a recording has, of which nothing is trusted: records in their order, files checked against their hashes, and all
-//! that is held in memory bounded.
+//! Reads untrusted recordings: records are in order, files are checked against their hashes, and memory is
+//! bounded.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -16,26 +16,26 @@ use crate::call_error::CallError;
 use crate::files;
 use crate::loading::Files;
 
-/// Bytes of all files that a recording has at one time, robots' meshes and worlds.
+/// Maximum bytes of all files of a recording at one time, robots' meshes and worlds.
 const MOST_FILE_BYTES: u64 = 1 << 30;
-/// What a file of MCAP ends with.
+/// Last bytes of an MCAP file.
 const END: &[u8; 8] = b"\x89MCAP0\r\n";
 
-/// Why a recording cannot be read.
+/// Cause of an unreadable recording.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Unreadable {
-    /// As a file of MCAP.
+    /// The MCAP file is invalid.
     #[error("{0}")]
     Mcap(#[from] simd_mcap::Error),
-    /// As a recording.
+    /// The recording is invalid.
     #[error("{0}")]
     Recording(#[from] CallError),
-    /// It is of another format, or none.
+    /// The file has another format, or is not a recording.
     #[error("{0}")]
     Foreign(String),
 }
 
-/// What comes next, of what is replayed.
+/// Next record for the replay.
 #[derive(Debug)]
 pub(super) enum Record {
     World(v1::RecordedWorld),
@@ -48,7 +48,7 @@ pub(super) enum Record {
 pub(super) struct Recording<R> {
     reader: Reader<R>,
     pub(super) metadata: BTreeMap<String, String>,
-    /// Those that have come whole.
+    /// Complete files.
     pub(super) files: Files,
     partial: BTreeMap<Sha256, Vec<u8>>,
     /// Bytes of both.
@@ -56,7 +56,7 @@ pub(super) struct Recording<R> {
 }
 
 impl<R: Read> Recording<R> {
-    /// Reads up to what says that it is a recording.
+    /// Reads up to the metadata that marks a recording.
     pub(super) fn open(input: R) -> Result<Self, Unreadable> {
         let mut reader = Reader::new(input, ReadLimits::default())?;
         let foreign = || {
@@ -81,7 +81,7 @@ impl<R: Read> Recording<R> {
         Ok(Self { reader, metadata, files, partial, held: 0 })
     }
 
-    /// The next record; none after the last.
+    /// Returns the next record; `None` after the last.
     pub(super) fn next(&mut self) -> Result<Option<Record>, Unreadable> {
         while let Some(item) = self.reader.next()? {
             let Item::Message { channel, time: _, data } = item else { continue };
@@ -127,14 +127,14 @@ impl<R: Read> Recording<R> {
         Ok(())
     }
 
-    /// Drops a file that nothing names any more.
+    /// Drops a file that no later record names.
     pub(super) fn forget(&mut self, sha256: &str) {
         let file = Sha256::parse(sha256).and_then(|sha256| self.files.remove(&sha256));
         self.held -= file.map_or(0, |file| file.len() as u64);
     }
 }
 
-/// Whether a file was completed, by its last bytes.
+/// Returns whether a file is complete, by its last bytes.
 pub(super) fn is_complete(folder: &Path, name: &str) -> bool {
     let end = || {
         let mut file = files::open_in(folder, name)?;
@@ -146,7 +146,7 @@ pub(super) fn is_complete(folder: &Path, name: &str) -> bool {
     end().is_ok_and(|(end, bytes)| end == *END && bytes > 16)
 }
 
-/// What is in some files of a folder, as far as they go.
+/// Returns the contents of files in a folder, as far as they are readable.
 pub(super) fn contents<'n>(
     folder: &Path,
     names: impl IntoIterator<Item = &'n str>,
@@ -157,7 +157,7 @@ pub(super) fn contents<'n>(
     for name in names {
         let file = BufReader::new(files::open_in(folder, name)?);
         let Ok(mut reader) = Reader::new(file, ReadLimits::default()) else { continue };
-        // What cannot be read has nothing in it that is known.
+        // The rest of an unreadable file is unknown.
         while let Ok(Some(item)) = reader.next() {
             if is_cancelled() {
                 return Err(io::Error::other("the call was cancelled"));

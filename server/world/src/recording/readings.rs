@@ -1,4 +1,4 @@
-//! Readings of sensors in a recording: each of those of its steps once.
+//! Readings of sensors in a recording: each reading of its steps once.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,40 +14,40 @@ use super::ros::{topic_part, transform, write};
 use super::sensor_message::{SensorMessage, SensorShape};
 use crate::driver::{LoggedReading, Published, SensorLog};
 
-/// Bytes of readings that are taken at one time.
+/// Maximum bytes of readings taken at one time.
 const BYTES: usize = 8 << 20;
 
-/// What of sensors is in the file.
+/// Recorded readings.
 #[derive(Debug, Default)]
 pub(super) struct Readings {
-    /// The number of the last reading of each sensor.
+    /// Number of the last written reading of each sensor.
     written: BTreeMap<u64, u64>,
     /// Sensors whose frames are in the file.
     described: BTreeSet<u64>,
-    /// The sequences of the states of the first step and of the last one.
+    /// Sequences of the states of the first and the last step.
     steps: Option<(u64, u64)>,
 }
 
 impl Readings {
-    /// Those that come from now on.
+    /// Begins with the readings that come from now on.
     pub(super) fn begin(log: &SensorLog, state: &Published) -> Self {
         let ids = || state.state.sensors.iter().map(|sensor| sensor.id);
         let written = ids().zip(log.last_sequences(ids())).collect();
         Self { written, described: BTreeSet::new(), steps: None }
     }
 
-    /// A step is in the recording, of which this is the state.
+    /// Notes that a step with this state is in the recording.
     pub(super) fn step(&mut self, state: &Published) {
         let first = self.steps.map_or(state.sequence, |(first, _)| first);
         self.steps = Some((first, state.sequence));
     }
 
-    /// Another file has none of what is said once.
+    /// Begins another file, which has no descriptions yet.
     pub(super) fn begin_file(&mut self) {
         self.described.clear();
     }
 
-    /// Writes what came since the last time.
+    /// Writes the new readings.
     pub(super) fn write(
         &mut self,
         log: &SensorLog,
@@ -61,7 +61,7 @@ impl Readings {
         let wanted: Vec<(u64, u64)> =
             sensors.iter().map(|of| (of.id, self.written.get(&of.id).copied().unwrap_or(0))).collect();
         for (sensor, batch) in sensors.iter().zip(log.after(&wanted, BYTES)) {
-            // The states of the others are still to come.
+            // The states of the other readings are not recorded yet.
             let count = batch.readings.partition_point(|reading| reading.state_sequence <= last);
             let (readings, later) = batch.readings.split_at(count);
             match later.first() {
@@ -94,7 +94,7 @@ impl Readings {
     }
 }
 
-/// Where a frame is in another one: a sensor on its link, and the axes of pictures on a camera.
+/// Writes the transform of a frame in another one: a sensor on its link, or the optical axes on a camera.
 pub(super) fn describe(
     parent_from_frame: DPose3,
     parent: String,
@@ -109,7 +109,7 @@ pub(super) fn describe(
     write(file, "/tf_static", &TFMessage { transforms: vec![placed] })
 }
 
-/// What ROS has no message for is one of the schema.
+/// Writes a reading; without a ROS message for it, as a message of the schema.
 fn write_reading(
     topic: &str,
     shape: &SensorShape,

@@ -1,5 +1,5 @@
-//! The run of a recording, again: the recorded commands before the same steps, from a recorded world on, and what each
-//! step comes to compared with what it came to.
+//! Repeats the run of a recording. It applies the recorded commands before the same steps, from a recorded
+//! world on, and compares the result of each step with the recorded one.
 
 mod changes;
 mod difference;
@@ -24,37 +24,37 @@ use difference::what_differs;
 use variation::SecondRun;
 pub use variation::{Comparison, Difference, Variation};
 
-/// Bytes of commands that wait for the steps before them.
+/// Maximum bytes of commands that wait for the steps before them.
 const WAITING_BYTES: usize = 256 << 20;
-/// States that a world may have kept.
+/// Maximum number of saved states of a world.
 const SAVED_STATES: usize = 100_000;
 
-/// What a replay came to.
+/// Result of a replay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
-    /// The recording's name.
+    /// Name of the recording.
     pub recording: String,
-    /// The release of the daemon that made it.
+    /// Release of the daemon that made it.
     pub release: String,
-    /// Simulated time at which it begins, seconds.
+    /// Simulated time at which the replay begins, seconds.
     pub from: f64,
-    /// Steps that were done and are equal.
+    /// Number of replayed steps that are equal.
     pub steps: u64,
-    /// Commands that were applied.
+    /// Number of applied commands.
     pub commands: u64,
-    /// Whole worlds that are equal.
+    /// Number of whole worlds that are equal.
     pub worlds: u64,
-    /// The first thing that differs, as a sentence.
+    /// First difference, as a sentence.
     pub difference: Option<String>,
-    /// Why it ends before its end, as a sentence: it was not completed.
+    /// Reason why the recording is incomplete, as a sentence.
     pub ends_early: Option<String>,
-    /// Why it cannot be read on, as a sentence.
+    /// Reason why the rest is unreadable, as a sentence.
     pub damaged: Option<String>,
-    /// How a second run compares, where something was to be changed.
+    /// Comparison with a second run, if anything was to be changed.
     pub comparison: Option<Comparison>,
 }
 
-/// Something that is due before a step.
+/// Record that is due before a step.
 #[derive(Debug)]
 enum Due {
     Command(v1::RecordedCommand),
@@ -79,11 +79,11 @@ impl Due {
     }
 }
 
-/// Replays one file of a recording, from its first world on or, with `from`, from the last one whose simulated time is not
-/// later. `open` gives the file anew each time.
+/// Replays one file of a recording, from its first world on. With `from`, it begins at the last world whose
+/// simulated time is not later. `open` opens the file for each pass.
 ///
 /// # Errors
-/// Returns an error if it is no recording, or has no world to begin with: a sentence.
+/// Returns a sentence if it is not a recording, or has no world to begin with.
 pub async fn replay<R: Read>(
     open: impl FnMut() -> std::io::Result<R>,
     from: Option<f64>,
@@ -91,10 +91,11 @@ pub async fn replay<R: Read>(
     replay_beside(open, from, Variation::default()).await
 }
 
-/// The same with a second run beside it, in which something is changed. It gets the recorded commands at the same simulated time.
+/// Like `replay`, with a second run beside it, in which something is changed. That run gets the recorded
+/// commands at the same simulated time.
 ///
 /// # Errors
-/// The same, and where something cannot be changed or written: a sentence.
+/// As [`replay`], and if something cannot be changed or written.
 pub async fn replay_beside<R: Read>(
     mut open: impl FnMut() -> std::io::Result<R>,
     from: Option<f64>,
@@ -125,17 +126,17 @@ pub async fn replay_beside<R: Read>(
     run.run_to_end(skip).await
 }
 
-/// Limits of a daemon as it comes: those that the recording's daemon had are not known.
+/// Makes a loader with default limits: the limits of the recording's daemon are not known.
 fn loader() -> std::io::Result<Loader> {
     let threads = BlockingThreads::computing()?;
     Loader::new(DaemonLimits::default(), &[], threads).map_err(|(_, error)| error)
 }
 
-/// How many worlds come before the last one that is not later.
+/// Returns the number of worlds before the last one that is not later.
 fn world_before(input: impl Read, from: f64) -> Result<usize, String> {
     let mut recording = Recording::open(input).map_err(|error| error.to_string())?;
     let (mut count, mut before, mut first) = (0, None, None);
-    // What cannot be read is said by the replay.
+    // The replay reports unreadable parts.
     while let Ok(Some(record)) = recording.next() {
         let Record::World(world) = record else { continue };
         recording.forget(&world.state_sha256);
@@ -158,13 +159,13 @@ struct Run<R> {
     world: Option<Simulation>,
     state: PublishedState,
     second: Option<SecondRun>,
-    /// What that is to begin with.
+    /// Variation that starts the second run.
     variation: Option<Variation>,
-    /// Why that cannot go on.
+    /// Reason why the second run cannot continue.
     failed: Option<String>,
     /// Steps since the file began.
     done: u64,
-    /// In the order in which it was recorded.
+    /// Due records, in recorded order.
     due: VecDeque<Due>,
     due_bytes: usize,
     replayed: Replayed,
@@ -176,7 +177,7 @@ impl<R: Read> Run<R> {
             let record = match self.recording.next() {
                 Ok(Some(record)) => record,
                 Ok(None) => break self.come_due(u64::MAX).await.map_err(Unreadable::from).map(|_| true),
-                // What was recorded before the end is due all the same.
+                // Records from before the end are still due.
                 Err(error) => match self.come_due(self.done).await {
                     Ok(_) => break Err(error),
                     Err(worse) => break Err(worse.into()),
@@ -190,7 +191,7 @@ impl<R: Read> Run<R> {
                     }
                     self.begin(world).await
                 }
-                // Before the world that it begins with.
+                // Records before the first world of the replay.
                 _ if self.world.is_none() => continue,
                 Record::World(world) => self.wait(Due::World(world)),
                 Record::Command(command) => self.wait(Due::Command(command)),
@@ -222,7 +223,7 @@ impl<R: Read> Run<R> {
         }
     }
 
-    /// The world that it begins with.
+    /// Begins the replay with this world.
     async fn begin(&mut self, recorded: v1::RecordedWorld) -> Result<bool, CallError> {
         let world = self.fresh(&recorded).await?;
         if let Some(variation) = self.variation.take() {
@@ -249,7 +250,7 @@ impl<R: Read> Run<R> {
         Ok(is_equal)
     }
 
-    /// A world as it was recorded.
+    /// Makes a world as it was recorded.
     async fn fresh(&mut self, recorded: &v1::RecordedWorld) -> Result<Simulation, CallError> {
         let limits = WorldLimits { robots: self.decoder.loader.most_robots(), saved_states: SAVED_STATES };
         let mut world = Simulation::new(PhysicsSettings::default(), limits);
@@ -281,7 +282,7 @@ impl<R: Read> Run<R> {
         Ok(true)
     }
 
-    /// Does what is due before the step after so many.
+    /// Applies the records that are due after this many steps.
     async fn come_due(&mut self, steps: u64) -> Result<bool, CallError> {
         while self.due.front().is_some_and(|due| due.steps() <= steps) {
             let Some(due) = self.due.pop_front() else { break };
@@ -320,7 +321,7 @@ impl<R: Read> Run<R> {
         }
     }
 
-    /// Ends it for what the second run cannot do.
+    /// Ends the replay because the second run cannot continue.
     fn fail(&mut self, why: String) -> bool {
         self.failed.get_or_insert(why);
         false
@@ -332,7 +333,7 @@ impl<R: Read> Run<R> {
 
     async fn steps(&mut self, recorded: v1::RecordedSteps) -> Result<bool, CallError> {
         if recorded.steps != self.done {
-            // Those before the world that it begins with.
+            // Steps before the first world of the replay.
             let ended = recorded.steps.saturating_add(recorded.fingerprints.len() as u64) <= self.done;
             let lacking = || invalid(&format!("the steps after {} are lacking", self.done));
             return if ended { Ok(true) } else { Err(lacking()) };
@@ -364,7 +365,8 @@ impl<R: Read> Run<R> {
         Ok(true)
     }
 
-    /// A recorded world with the present one. The first after a step that differs says what does.
+    /// Compares a recorded world with the present one. The first world after a differing step shows the
+    /// differences.
     async fn compare(&mut self, recorded: &v1::RecordedWorld) -> Result<bool, CallError> {
         let Some(world) = &self.world else { return Ok(false) };
         let is_equal = world.fingerprint() == recorded.fingerprint;
@@ -389,7 +391,7 @@ impl<R: Read> Run<R> {
     }
 }
 
-/// Versions of robots are others here.
+/// Removes versions of robots, which differ in the replay.
 fn without_versions(mut command: Command) -> Command {
     if let Command::SetTargets(targets) = &mut command {
         targets.robots.iter_mut().for_each(|robot| robot.layout_version = 0);

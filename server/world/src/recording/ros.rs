@@ -1,7 +1,8 @@
-//! What robots do, as messages of ROS 2, so that other tools show a recording with no conversion.
+//! Motion of robots as ROS 2 messages, so that other tools show a recording without conversion.
 //!
-//! A robot's own topics are below its name, whether there are others or not: robots come and go while a recording is made.
-//! Frames are `ROBOT/LINK`, and a robot's root link is in the frame `world`. Stamps are simulated time.
+//! A robot's topics are below its name, even if it is the only one: robots may be spawned and deleted during
+//! a recording. Frames are `ROBOT/LINK`, and a robot's root link is in the frame `world`. Stamps are
+//! simulated time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -21,15 +22,15 @@ use super::file::{RecordingFile, Unwritten};
 use crate::driver::Published;
 use crate::loading::Loader;
 
-/// The frame of all robots.
+/// Frame of all robots.
 const WORLD: &str = "world";
 
-/// Which states are recorded, and what of robots is in the file.
+/// Selection of recorded states, and robots described in the file.
 #[derive(Debug)]
 pub(super) struct States {
-    /// Simulated seconds between states; `None`: none.
+    /// Simulated seconds between states; `None` disables them.
     period: Option<f64>,
-    /// The epoch, and the simulated time from which on the next state is recorded.
+    /// Epoch, and the simulated time of the next recorded state.
     next: Option<(u64, f64)>,
     /// Versions of robots whose descriptions and fixed links are in the file.
     described: BTreeSet<u64>,
@@ -40,13 +41,13 @@ impl States {
         Self { period, next: None, described: BTreeSet::new() }
     }
 
-    /// Another file has none of what is said once.
+    /// Begins another file, which has no descriptions yet.
     pub(super) fn begin_file(&mut self) {
         self.next = None;
         self.described.clear();
     }
 
-    /// Whether a state is to be recorded.
+    /// Returns whether a state must be recorded.
     pub(super) fn is_due(&mut self, state: &Published) -> bool {
         let Some(period) = self.period else { return false };
         let (epoch, now) = (state.state.at.epoch, state.state.at.sim_time);
@@ -86,7 +87,8 @@ impl States {
     }
 }
 
-/// What is said of a robot once: its description, and its links that do not move in others.
+/// Writes the facts about a robot that are recorded once: its description, and its links that are fixed to
+/// others.
 fn describe(
     entity: &Arc<EntityLayout>,
     poses: &[DPose3],
@@ -105,8 +107,8 @@ fn describe(
     Ok(())
 }
 
-/// A robot's links in their parents, those behind fixed joints or all others; its root link moves, since any can be put
-/// elsewhere.
+/// Returns the transforms of a robot's links in their parents: of links behind fixed joints, or of all
+/// others. The root link counts as moving, since any robot can be moved.
 fn transforms(
     entity: &EntityLayout,
     world_from_link: &[DPose3],
@@ -131,7 +133,7 @@ fn transforms(
     root.into_iter().chain(joints).collect()
 }
 
-/// A pose as ROS has it.
+/// Converts a pose to ROS.
 pub(super) fn transform(DPose3 { rotation, translation }: DPose3) -> Transform {
     Transform {
         translation: Vector3 { x: translation.x, y: translation.y, z: translation.z },
@@ -139,7 +141,7 @@ pub(super) fn transform(DPose3 { rotation, translation }: DPose3) -> Transform {
     }
 }
 
-/// The joints of a robot that have one position; `None` where it has none of them.
+/// Returns the joints of a robot with a single position; `None` if it has none of them.
 fn joint_state(state: &Published, entity: &EntityLayout, stamp: &Time) -> Option<JointState> {
     let mut message = JointState {
         header: Header { stamp: stamp.clone(), frame_id: String::new() },
@@ -160,12 +162,12 @@ fn joint_state(state: &Published, entity: &EntityLayout, stamp: &Time) -> Option
     (!message.name.is_empty()).then_some(message)
 }
 
-/// A robot's name in a topic, which has no hyphen.
+/// Returns a robot's name for a topic, which cannot have a hyphen.
 pub(super) fn topic_part(name: &str) -> String {
     name.replace('-', "_")
 }
 
-/// Simulated time as ROS has it. It never is below zero.
+/// Converts simulated time to ROS. It is never negative.
 pub fn stamp(sim_time: f64) -> Time {
     #[allow(
         clippy::cast_possible_truncation,

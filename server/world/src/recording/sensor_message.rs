@@ -1,4 +1,4 @@
-//! Readings of sensors as messages of ROS 2, for its graph and for recordings.
+//! Readings of sensors as ROS 2 messages, for its graph and for recordings.
 
 use std::sync::Arc;
 
@@ -14,45 +14,46 @@ use simd_ros2::messages::std_msgs::Header;
 use super::ros::stamp;
 use crate::driver::{LoggedReading, Measured};
 
-/// Of a number of a point in a cloud: x, y, z, and of a scan that rolls the seconds since its first column.
+/// Bytes of a number of a point in a cloud: x, y, z, and for a rolling scan the seconds since its first
+/// column.
 const NUMBER_BYTES: u32 = 4;
 
-/// What ROS has for a reading.
+/// ROS message of a reading.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SensorMessage {
-    /// Of an inertial unit.
+    /// Inertial measurement unit.
     Imu(Imu),
-    /// Of a sensor of force and torque.
+    /// Force-torque sensor.
     Wrench(WrenchStamped),
-    /// Of a range finder.
+    /// Range finder.
     Range(Range),
-    /// Of a lidar with one row.
+    /// Lidar with one row.
     Scan(LaserScan),
-    /// Of one with several.
+    /// Lidar with several rows.
     Points(PointCloud2),
-    /// Of an encoder.
+    /// Encoder.
     Joint(JointState),
 }
 
-/// What the messages of a sensor have beside its readings.
+/// Data of a sensor's messages beside its readings.
 #[derive(Debug)]
 pub struct SensorShape {
-    /// The sensor as its robot has it.
+    /// Definition of the sensor.
     pub definition: Arc<SensorDefinition>,
-    /// In which it measures.
+    /// Frame of its measurements.
     pub frame: String,
-    /// Of an encoder: its joint.
+    /// Joint of an encoder.
     joint: String,
 }
 
-/// When the rays of a scan were cast, seconds.
+/// Times of a scan's rays, seconds.
 #[derive(Debug)]
 struct Rolled {
-    /// Of the first column, in simulated time: ROS's stamp of a scan.
+    /// Simulated time of the first column: ROS's stamp of a scan.
     first: f64,
-    /// From one column to the next: 0 where all are of one moment.
+    /// Time from one column to the next: 0 if all rays are simultaneous.
     between: f64,
-    /// From one scan to the next.
+    /// Time from one scan to the next.
     period: f64,
 }
 
@@ -66,7 +67,7 @@ impl Rolled {
 }
 
 impl SensorShape {
-    /// Of a sensor of a robot, by the names of its own frame and of those of links.
+    /// Makes the shape of a robot's sensor, from the names of the sensor's frame and of links' frames.
     pub fn new(
         sensor: &WorldSensor,
         entity: &EntityLayout,
@@ -89,7 +90,7 @@ impl SensorShape {
         Self { definition, frame, joint }
     }
 
-    /// The message of a reading; `None` where ROS has none for it.
+    /// Returns the message of a reading; `None` if ROS has none for it.
     pub fn message(&self, reading: &LoggedReading) -> Option<SensorMessage> {
         Some(match (&reading.measured, &self.definition.kind) {
             (Measured::Imu(of), _) => SensorMessage::Imu(self.imu(reading, of)),
@@ -113,7 +114,7 @@ impl SensorShape {
         Header { stamp: stamp(reading.at.sim_time), frame_id: self.frame.clone() }
     }
 
-    /// The variances of what is drawn for each sample, on the diagonal.
+    /// Returns the variances of the noise of each sample, on the diagonal.
     fn covariance(&self, of: Channels) -> [f64; 9] {
         let mut covariance = [0.0; 9];
         for noise in self.definition.noise.iter().filter(|noise| noise.channels == of) {
@@ -163,7 +164,7 @@ impl SensorShape {
             angle_min: scan.horizontal.least as f32,
             angle_max: scan.horizontal.most as f32,
             angle_increment: scan.horizontal.increment() as f32,
-            // All rays are of one moment, but for a scan that rolls.
+            // All rays are simultaneous, except in a rolling scan.
             time_increment: rolled.between as f32,
             scan_time: rolled.period as f32,
             range_min: scan.range.least as f32,
@@ -173,7 +174,7 @@ impl SensorShape {
         }
     }
 
-    /// Rays that hit nothing are points that are no numbers.
+    /// Returns a point cloud, in which rays without a hit are NaN points.
     fn points(&self, rolled: &Rolled, scan: &Scan, ranges: &[f32]) -> PointCloud2 {
         let (width, height) = (scan.horizontal.samples, scan.vertical.samples);
         let fields = [("x", 0), ("y", 1), ("z", 2), ("time", 3)];

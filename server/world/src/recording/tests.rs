@@ -1,4 +1,4 @@
-//! A run is recorded and comes to the same again; files that are broken are refused in a sentence.
+//! A recorded run has the same result in a replay; damaged files are refused with a sentence.
 
 mod variation;
 
@@ -22,7 +22,7 @@ use crate::blocking_threads::BlockingThreads;
 use crate::driver;
 use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, SimHandle, Source, SpawnRequest, Transport};
 
-/// An arm of two joints whose hand is a ball.
+/// An arm with two joints, whose hand is a ball.
 const ARM: &str = r#"<robot name="arm"><link name="world"/>
     <link name="upper"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01"
     iyz="0" izz="0.01"/></inertial></link>
@@ -36,7 +36,7 @@ const ARM: &str = r#"<robot name="arm"><link name="world"/>
 const BALL: &str = r#"<robot name="ball"><link name="ball"><inertial><mass value="1"/><inertia ixx="0.001" ixy="0" ixz="0"
     iyy="0.001" iyz="0" izz="0.001"/></inertial><collision><geometry><sphere radius="0.05"/></geometry></collision>
     </link></robot>"#;
-/// A floor whose top is at z = 0.
+/// A floor with its top at z = 0.
 const FLOOR: &str = r#"<robot name="floor"><link name="world"><collision><origin xyz="0 0 -0.5"/><geometry><box
     size="10 10 1"/></geometry></collision></link></robot>"#;
 
@@ -93,7 +93,8 @@ fn target(position: f64) -> Command {
     Command::SetTargets(SetTargets { robots: vec![robot], ..SetTargets::default() })
 }
 
-/// Everything that a client can do to a world, in a wrong order and more than once. Leaves it paused.
+/// Runs all commands that a client can send to a world, in a wrong order and more than once. Leaves the world
+/// paused.
 async fn run(handle: &SimHandle) {
     let other = handle.called_by(Caller::said("other", Transport::Handle).as_ref());
     for round in 0..20 {
@@ -151,7 +152,7 @@ async fn claim(handle: &SimHandle) -> SimHandle {
     handle.acting_for(Some(handle.claim_of(&secret).unwrap()))
 }
 
-/// A recorded run.
+/// Records a run.
 async fn recorded(directory: &Path) -> PathBuf {
     let handle = daemon(directory);
     spawn(&handle, FLOOR, "floor", [0.0; 3]).await;
@@ -272,19 +273,19 @@ async fn a_ring_keeps_its_last_files_and_each_is_replayed_alone() {
     spawn(&handle, ARM, "arm", [0.0; 3]).await;
     let request = RecordingRequest { keep_last: Some(Duration::from_secs(1)), ..named("ring") };
     handle.start_recording(request).await.unwrap();
-    // Wall time passes by steps: until the first file is gone.
+    // Steps let wall time pass, until the first file is gone.
     let first = directory.path().join("ring.000001.mcap");
     let mut rounds = 0;
     while first.exists() {
         handle.command(target(f64::from(rounds % 7) * 0.1)).await.unwrap();
-        // Few, so that the writer keeps up also where the machine does other things.
+        // Few steps, so that the writer keeps up on a busy machine.
         handle.step(10).await.unwrap();
         rounds += 1;
         let made = handle.recordings().await.unwrap();
         assert_eq!(made[0].state, RecordingState::Recording, "it ended: {made:?}");
     }
     let (info, _) = handle.stop_recording("ring").await.unwrap();
-    // One alone, where the machine stood still for longer than a second.
+    // Only one if the machine stood still for longer than a second.
     assert!((1..=8).contains(&info.files.len()), "{:?}", info.files);
     let mut steps = 0;
     for (name, _) in &info.files {

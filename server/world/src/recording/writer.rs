@@ -1,5 +1,5 @@
-//! The thread that writes a recording: takes entries of the driver, now and then, and writes it. What was written is flushed
-//! often enough that a daemon that is killed loses less than a second.
+//! The thread that writes a recording: takes entries of the driver at intervals, and writes them. It flushes
+//! often enough that a killed daemon loses less than a second.
 
 use std::collections::VecDeque;
 use std::fs;
@@ -23,20 +23,20 @@ use crate::driver::{
     WorldEntry,
 };
 
-/// How often it looks for what came: the driver has memory for so many states at 1 kHz.
+/// Time between two looks for entries: the driver keeps memory for this many states at 1 kHz.
 const LOOK: Duration = Duration::from_millis(5);
-/// How often what was written is flushed.
+/// Time between two flushes.
 const FLUSH: Duration = Duration::from_millis(500);
-/// How often the whole world is recorded.
+/// Time between two records of the whole world.
 const WORLD: Duration = Duration::from_secs(10);
-/// Steps whose fingerprints come together.
+/// Number of steps whose fingerprints are written together.
 const STEPS: usize = 500;
-/// A ring has so many files beside the one that is being filled.
+/// Number of complete files in a ring, beside the one that is being filled.
 const RING: u32 = 4;
-/// A file of a ring is not shorter.
+/// Minimum duration of a file in a ring.
 const SHORTEST: Duration = Duration::from_millis(250);
 
-/// What is to be recorded, and where to.
+/// Selection of recorded data, and its destination.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) directory: PathBuf,
@@ -44,46 +44,46 @@ pub(super) struct Plan {
     /// Simulated seconds between states.
     pub(super) state_period: Option<f64>,
     pub(super) keep_last: Option<Duration>,
-    /// Of all its files.
+    /// Maximum bytes of all its files.
     pub(super) max_bytes: u64,
     pub(super) max_duration: Option<Duration>,
-    /// In a second.
+    /// Maximum bytes of pictures per second.
     pub(super) picture_bytes: u64,
 }
 
-/// See the module.
+/// Writer of a recording: see the module.
 pub(super) struct Writer {
     plan: Plan,
     sources: RecordingSources,
     encoders: Encoders,
     queue: Arc<RecorderQueue>,
     file: RecordingFile,
-    /// Of the file, from 1.
+    /// Number of the file, from 1.
     number: u64,
-    /// Files before it, with their sizes and when they ended, oldest first.
+    /// Earlier files, with their sizes and end times, oldest first.
     older: VecDeque<(PathBuf, u64, Instant)>,
     /// Steps since the file began.
     steps: u64,
-    /// Of the last steps, that are not written yet.
+    /// Fingerprints of the last steps that are not written yet.
     fingerprints: Vec<u64>,
     last_step: Option<v1::Stamp>,
-    /// For other tools.
+    /// Messages for other tools.
     shown: States,
-    /// Of sensors; `None` where no states are recorded either.
+    /// Readings of sensors; `None` if states are disabled.
     readings: Option<Readings>,
-    /// Of cameras; the same, and `None` where they have no bytes.
+    /// Pictures of cameras; `None` if states or pictures are disabled.
     images: Option<Images>,
-    /// Saved states and what they are written as, as long as the world has them.
+    /// Saved states with the hash of their encoding, for as long as the world has them.
     states: Vec<(Saved, Sha256)>,
     began: Instant,
     file_began: Instant,
     flushed: Instant,
     world: Instant,
-    /// The next whole world begins another file.
+    /// Whether the next whole world begins another file.
     wants_file: bool,
 }
 
-/// Why a recording ends before it is asked to.
+/// Cause of an early end.
 struct Ended {
     cause: RecordingEnd,
     message: String,
@@ -102,7 +102,7 @@ impl From<io::Error> for Ended {
 }
 
 impl Writer {
-    /// With the first file.
+    /// Makes a writer with its first file.
     pub(super) fn new(
         plan: Plan,
         sources: RecordingSources,
@@ -138,22 +138,22 @@ impl Writer {
         })
     }
 
-    /// Until no more comes, or it cannot be written.
+    /// Writes until the queue ends, or a write fails.
     pub(super) fn run(mut self) {
         let mut entries = Vec::new();
         let end = loop {
             let end = self.queue.take_after(LOOK, &mut entries);
             let mut written = Ok(());
             for entry in entries.drain(..) {
-                // All are taken out, also those that are not written any more.
+                // All entries are taken out, even those that are no longer written.
                 if written.is_ok() {
                     written = self.entry(entry);
                 }
             }
-            // After the states that they are of.
+            // Written after the states that they belong to.
             let written = written.and_then(|()| self.readings());
             if let Err(ended) = written.and_then(|()| self.keep_up(Instant::now())) {
-                // Entries from now on are dropped.
+                // Later entries are dropped.
                 self.queue.end(RecorderQueueEnd::Stopped);
                 break ended;
             }
@@ -191,7 +191,7 @@ impl Writer {
             }
             _ => tracing::error!(recording, "the recording ends: {message}"),
         }
-        // That the disk is too slow was said by the driver, which does not wait for it.
+        // The driver, which does not wait for the disk, has already reported that the disk is too slow.
         if cause != RecordingEnd::TooSlow {
             let newest = self.sources.state_cell.newest();
             let what = LogEvent::RecordingEnded { at: newest.state.at, recording, cause, message };
@@ -227,7 +227,7 @@ impl Writer {
             self.next_file()?;
             self.write_world(&world)?;
         }
-        // What a replay begins with is on the disk at once.
+        // The begin of a replay is flushed at once.
         Ok(self.file.flush()?)
     }
 
@@ -241,7 +241,7 @@ impl Writer {
         for kept in published.state.saved.iter() {
             let saved = kept.saved();
             let known = self.states.iter().find(|(known, _)| known == saved).map(|(_, sha256)| *sha256);
-            // In another file it has to be written again.
+            // Another file needs it again.
             let sha256 = match known.filter(|sha256| self.file.has(sha256)) {
                 Some(sha256) => sha256,
                 None => commands::keep_state(saved, &loader, &mut self.file)?,
@@ -292,7 +292,7 @@ impl Writer {
         if self.fingerprints.len() >= STEPS { Ok(self.steps_done()?) } else { Ok(()) }
     }
 
-    /// Writes what sensors measured and cameras saw since the last time.
+    /// Writes new readings of sensors and pictures of cameras.
     fn readings(&mut self) -> Result<(), Ended> {
         let Some(readings) = &mut self.readings else { return Ok(()) };
         let newest = self.sources.state_cell.newest();
@@ -305,7 +305,7 @@ impl Writer {
         }
     }
 
-    /// Writes the last pictures, and says in the file what there is of cameras.
+    /// Writes the last pictures, and the summary of cameras into the file.
     fn images_done(&mut self) -> Result<(), Ended> {
         let Some(images) = &mut self.images else { return Ok(()) };
         let newest = self.sources.state_cell.newest();
@@ -324,7 +324,7 @@ impl Writer {
         self.file.write_message(topic::STEPS, "RecordedSteps", &message)
     }
 
-    /// Flushes, asks for the world, begins another file and removes old ones when it is time.
+    /// Flushes, requests the whole world, begins another file and removes old ones when it is time.
     fn keep_up(&mut self, now: Instant) -> Result<(), Ended> {
         if now - self.flushed >= FLUSH {
             self.flushed = now;
@@ -344,7 +344,7 @@ impl Writer {
                 self.wants_file = true;
                 self.queue.ask_for_world();
             }
-            // The file after it began when it ended.
+            // The following file began when this one ended.
             while self.older.front().is_some_and(|(_, _, ended)| now - *ended > keep) {
                 self.remove_oldest()?;
             }

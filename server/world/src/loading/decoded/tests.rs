@@ -1,4 +1,4 @@
-//! What robots share in memory, and how much of it there may be.
+//! Memory that robots share, and its limit.
 
 use glamx::{DPose3, DVec3};
 use simd_core::collision::MeshShapes;
@@ -15,7 +15,7 @@ impl Assets for Nowhere {
     }
 }
 
-/// 1200 bytes.
+/// Returns a mesh of 1200 bytes.
 fn mesh(n: u8) -> MeshAsset {
     MeshAsset {
         sha256: Sha256::of(&[n]),
@@ -89,7 +89,7 @@ fn a_mesh_is_found_by_its_look_whichever_format_it_was_read_as() {
     assert!(Arc::ptr_eq(&find(1).unwrap(), &stl));
 }
 
-/// What a robot touches with that has these meshes, each a tetrahedron, by way of what others have.
+/// Returns collision shapes with these meshes, each a tetrahedron, with reuse of other robots' results.
 fn shapes(decoded: &Decoded, meshes: &[u8]) -> Arc<Shapes> {
     let collision = |n: &u8| {
         let asset = MeshAsset {

@@ -1,10 +1,10 @@
-//! What clients may name on the disk, and what not.
+//! Permitted and refused paths on the disk.
 
 use std::fs;
 
 use super::*;
 
-/// A root with a robot in `arm/urdf`, beside a secret robot outside of it.
+/// Returns a root with a robot in `arm/urdf`, and a secret robot outside of it.
 fn disk() -> (tempfile::TempDir, Roots) {
     let dir = tempfile::tempdir().unwrap();
     for file in ["root/arm/urdf/arm.urdf", "root/arm/meshes/a.stl", "secret/secret.urdf"] {

@@ -1,4 +1,4 @@
-//! Uploads in parts, given the time.
+//! Uploads in parts, with given times.
 
 use super::*;
 

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Bytes of a mesh and a spawn of a robot that uses it.
+/// Uploads a mesh, and spawns a robot that uses it.
 async fn with_mesh(handle: &SimHandle, name: &str, mesh: Vec<u8>) -> Result<(), CallError> {
     let mesh = Bytes::from(mesh);
     let (sha256, total) = (Sha256::of(&mesh), mesh.len() as u64);
@@ -44,14 +44,14 @@ async fn meshes_of_all_robots_together_stay_within_a_limit() {
             Err(refused) => break refused,
         }
     };
-    // A triangle is three corners of three numbers and three indices, and a box stands for it.
+    // A triangle has three corners of three numbers and three indices, and a box replaces it.
     assert!((2..20).contains(&loaded), "{loaded}");
     assert!(matches!(refused, CallError::LimitExceeded { limit: 2_000, value: 2_001.., .. }), "{refused}");
     assert!(handle.newest().state.entity(&format!("robot-{loaded}")).is_none());
     with_mesh(&handle, "same", stl(1.0)).await.unwrap();
 }
 
-/// Each scale is a surface of its own, with neighbours and a tree that take more than the mesh.
+/// Each scale is a separate surface, whose neighbours and tree take more memory than the mesh.
 #[tokio::test]
 async fn surfaces_made_of_one_mesh_in_many_scales_count_too() {
     let limits = DaemonLimits { decoded_bytes: 2_000, ..DaemonLimits::default() };
@@ -92,7 +92,7 @@ async fn meshes_of_robots_that_are_gone_make_room() {
         loaded += 1;
     }
     handle.command(Command::Delete { robot: "robot-0".into() }).await.unwrap();
-    // States of before, which still show the robot, are written over.
+    // Overwrites earlier states, which still show the robot.
     handle.step(100).await.unwrap();
     with_mesh(&handle, "another", stl(f32::from(loaded) + 1.0)).await.unwrap();
 }

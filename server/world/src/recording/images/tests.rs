@@ -1,10 +1,10 @@
-//! Cameras keep to their part of the bytes of a second.
+//! Cameras keep to their share of the bytes per second.
 
 use super::*;
 
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Pictures of so many bytes that are written in ten seconds, of those that come each `period`.
+/// Returns the number of pictures of this size that are written in ten seconds, if one comes each `period`.
 fn written(bytes: u64, period: Duration, bytes_per_second: f64) -> u64 {
     let (begin, mut share, mut written) = (Instant::now(), Share::default(), 0);
     let mut at = Duration::ZERO;
@@ -23,7 +23,7 @@ fn pictures_within_the_bytes_of_a_second_are_all_written_and_of_others_as_many_a
     let period = Duration::from_millis(40);
     assert_eq!(written(1_000, period, 30_000.0), 250);
     let fitting = written(1_000, period, 10_000.0);
-    // Ten a second, and the one that came first.
+    // Ten per second, and the first one.
     assert!((90..=101).contains(&fitting), "{fitting}");
 }
 
@@ -38,7 +38,7 @@ fn waiting_counts_for_one_picture_alone() {
     let (begin, mut share) = (Instant::now(), Share::default());
     share.take(1_000, 1_000.0, begin);
     assert!(!share.is_free(begin + SECOND / 2) && share.is_free(begin + SECOND));
-    // After a minute two are written at once, and no third one.
+    // After a minute, two are written at once, but not a third one.
     let later = begin + 60 * SECOND;
     share.take(1_000, 1_000.0, later);
     assert!(share.is_free(later));

@@ -1,11 +1,11 @@
-//! What another run of a recording changes: `time_step=0.0005`, `arm/elbow.stiffness=200`.
+//! Changes for another run of a recording: `time_step=0.0005`, `arm/elbow.stiffness=200`.
 
 use glamx::DVec3;
 use simd_core::simulation::command::{JointProperties, PhysicsChange, Target};
 use simd_core::simulation::published_state::PublishedState;
 use simd_core::{Command, Integrator, SurfaceCombination};
 
-/// What is changed, in the order in which it was given.
+/// Changes, in the order in which they were given.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
     physics: PhysicsChange,
@@ -13,7 +13,7 @@ pub struct Changes {
     texts: Vec<String>,
 }
 
-/// What is changed of one joint.
+/// Changes of one joint.
 #[derive(Clone, Debug)]
 struct JointChange {
     robot: String,
@@ -24,15 +24,15 @@ struct JointChange {
     is_found: bool,
 }
 
-/// What can be set of a joint.
+/// Properties of a joint that can be changed.
 const PROPERTIES: [&str; 6] =
     ["stiffness", "gain_damping", "damping", "friction", "armature", "gravity_compensation"];
 
 impl Changes {
-    /// Adds one, as `KEY=VALUE`.
+    /// Adds a change, as `KEY=VALUE`.
     ///
     /// # Errors
-    /// Returns an error if there is no such key, or it cannot have this value: a sentence.
+    /// Returns a sentence if the key does not exist, or cannot have this value.
     pub fn add(&mut self, text: &str) -> Result<(), String> {
         let (key, value) = text.rsplit_once('=').ok_or_else(|| format!("{text:?} is not KEY=VALUE"))?;
         let number = || {
@@ -119,17 +119,17 @@ impl Changes {
         Ok(())
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no changes.
     pub fn is_empty(&self) -> bool {
         self.texts.is_empty()
     }
 
-    /// As they were given.
+    /// Returns the changes as they were given.
     pub(super) fn texts(&self) -> &[String] {
         &self.texts
     }
 
-    /// What brings a world to them that is as it was recorded.
+    /// Returns the commands that apply the changes to a recorded world.
     pub(super) fn commands(&mut self, state: &PublishedState) -> Vec<Command> {
         let mut commands = Vec::new();
         if self.physics != PhysicsChange::default() {
@@ -144,7 +144,7 @@ impl Changes {
                 continue;
             };
             change.is_found = true;
-            // What is so already is left alone: a command is an interruption of a step's scheme.
+            // Values that are already set are left alone: a command interrupts the integrator's history.
             let given = &change.properties;
             let other = |given: Option<f64>, present: f64| given.filter(|given| *given != present);
             let (stiffness, damping) = settings.default_gains;
@@ -168,14 +168,14 @@ impl Changes {
         commands
     }
 
-    /// Joints that no robot had, as a sentence.
+    /// Returns a sentence about joints that no robot had.
     pub(super) fn not_found(&self) -> Option<String> {
         let lost = self.joints.iter().filter(|change| !change.is_found);
         let names: Vec<String> = lost.map(|change| format!("{}/{}", change.robot, change.joint)).collect();
         (!names.is_empty()).then(|| format!("no robot of the recording has the joint {}", names.join(", ")))
     }
 
-    /// Keeps to them in a command that was recorded.
+    /// Applies the changes to a recorded command.
     pub(super) fn keep_in(&self, command: &mut Command) {
         match command {
             Command::SetPhysics(change) => {
@@ -217,7 +217,7 @@ impl JointChange {
     }
 }
 
-/// `x,y,z`.
+/// Parses `x,y,z`.
 fn vector(text: &str) -> Result<DVec3, String> {
     let numbers: Vec<f64> = text
         .split(',')

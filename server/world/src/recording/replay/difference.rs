@@ -1,10 +1,11 @@
-//! What differs between a recorded world and one that was to be equal.
+//! Differences between a recorded world and the replayed one.
 
 use simd_core::PublishedState;
 use simd_core::simulation::Saved;
 use simd_core::simulation::world_state::WorldState;
 
-/// The first robot, joint and quantity of two states that are not equal to the bit; `state` is of the present one.
+/// Returns the first robot, joint and quantity of two states that are not equal to the bit; `state` belongs
+/// to the present one.
 pub(super) fn what_differs(recorded: &Saved, present: &WorldState, state: &PublishedState) -> String {
     let recorded = recorded.world_state();
     let names = |state: &WorldState| -> Vec<String> {

@@ -1,4 +1,4 @@
-//! A second run of what a recording holds, with something changed, beside the run as it was.
+//! A second run of a recording, with changes, beside the recorded run.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -9,52 +9,52 @@ use simd_core::{Command, Moment, PublishedState, Simulation};
 
 use super::changes::Changes;
 
-/// Simulated seconds from one comparison to the next, at least.
+/// Minimum simulated seconds between two comparisons.
 const SAMPLE: f64 = 0.01;
-/// Rows at the most.
+/// Maximum number of rows.
 const MOST_ROWS: usize = 100_000;
-/// Claims that are tried; those from before have ended.
+/// Maximum number of claims that are tried; earlier ones have ended.
 const MOST_CLAIMS: usize = 1_000;
 
-/// What to change, and where rows of both runs are written as a table with commas.
+/// Changes of the second run, and the output of both runs as comma-separated values.
 #[derive(Default)]
 pub struct Variation {
-    /// None: there is no second run.
+    /// Changes; without any, there is no second run.
     pub changes: Changes,
-    /// Every hundredth of a second, or each step where that is longer.
+    /// Table with a row each hundredth of a second, or each step if that is longer.
     pub table: Option<Box<dyn Write>>,
 }
 
-/// How the second run compares.
+/// Comparison of the second run with the first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
-    /// What was changed, as it was given.
+    /// Changes, as they were given.
     pub changes: Vec<String>,
-    /// By robot, in the order of its joints; a free root comes first.
+    /// Differences by robot, in the order of its joints; a free root comes first.
     pub rows: Vec<Difference>,
-    /// The first command that the second run refused, and why.
+    /// First command that the second run refused, with the reason.
     pub refused: Option<String>,
 }
 
-/// How a joint, or a free root, of the second run differs.
+/// Difference of a joint or a free root between the runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Difference {
-    /// Its name.
+    /// Name of the robot.
     pub robot: String,
-    /// The joint; empty for the root.
+    /// Name of the joint; empty for the root.
     pub joint: String,
-    /// The largest difference of positions, rad or m; of a root the distance, m.
+    /// Largest difference of positions, rad or m; for a root, the distance, m.
     pub largest: f64,
-    /// Simulated time of that, seconds.
+    /// Simulated time of the largest difference, seconds.
     pub at: f64,
-    /// At the end.
+    /// Difference at the end.
     pub last: f64,
     square_sum: f64,
     count: u32,
 }
 
 impl Difference {
-    /// Root of the mean square.
+    /// Returns the root mean square.
     pub fn rms(&self) -> f64 {
         (self.square_sum / f64::from(self.count.max(1))).sqrt()
     }
@@ -66,9 +66,9 @@ pub(super) struct SecondRun {
     state: PublishedState,
     changes: Changes,
     table: Option<Box<dyn Write>>,
-    /// Those that may command what is claimed.
+    /// Claims that commands may use.
     claims: Vec<ClaimId>,
-    /// By robot, and by the order of its joints; the root is 0.
+    /// Differences by robot and joint index; the root is 0.
     rows: BTreeMap<(String, usize), Difference>,
     refused: Option<String>,
     /// Simulated time of the next comparison.
@@ -76,7 +76,7 @@ pub(super) struct SecondRun {
 }
 
 impl SecondRun {
-    /// From the same world on.
+    /// Begins with the same world.
     pub(super) fn begin(
         world: Simulation,
         variation: Variation,
@@ -102,7 +102,7 @@ impl SecondRun {
         self.claims.push(claim);
     }
 
-    /// Makes the world what it is to be: at first, and when robots come or go back to what they were.
+    /// Applies the changes to the world: at first, and when robots are spawned or restored.
     fn change(&mut self) -> Result<(), String> {
         self.world.observe(&mut self.state);
         for command in self.changes.commands(&self.state) {
@@ -118,7 +118,7 @@ impl SecondRun {
         Ok(())
     }
 
-    /// Applies what was applied to the first run.
+    /// Applies a command of the first run.
     pub(super) fn apply(&mut self, mut command: Command, claim: Option<ClaimId>) -> Result<(), String> {
         if let Command::Claim(request) = &command {
             self.know(request.claim);
@@ -138,7 +138,7 @@ impl SecondRun {
         if goes_back { self.change() } else { Ok(()) }
     }
 
-    /// Steps to where the first run is, to the nearest step, and compares where that is due.
+    /// Steps to the first run's time, to the nearest step, and compares if a comparison is due.
     pub(super) fn follow(&mut self, first: &PublishedState) -> Result<(), String> {
         let Moment { sim_time, .. } = first.at;
         while self.world.now().sim_time + self.world.settings().time_step / 2.0 <= sim_time {
@@ -197,7 +197,7 @@ impl SecondRun {
         Ok(())
     }
 
-    /// What it came to.
+    /// Returns the comparison.
     pub(super) fn end(mut self) -> Result<Comparison, String> {
         if let Some(sentence) = self.changes.not_found() {
             return Err(sentence);
@@ -236,7 +236,7 @@ fn note(
     row.count = row.count.saturating_add(1);
 }
 
-/// A name in a table with commas.
+/// Quotes a name for comma-separated values.
 fn field(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))

@@ -1,4 +1,4 @@
-//! A second run beside the recorded one, with something changed.
+//! A second run beside the recorded one, with changes.
 
 use std::cell::RefCell;
 use std::io::Write;
@@ -46,7 +46,7 @@ async fn a_change_that_changes_nothing_comes_to_the_same() {
     assert_eq!(comparison.refused, None);
     assert!(table.starts_with("time,robot,joint,recorded_position,position,"));
     let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
-    // Two joints, 0.78 s of simulated time in all, a row each 10 ms.
+    // Two joints, 0.78 s of simulated time in total, a row each 10 ms.
     assert!((100..200).contains(&rows.len()), "{}", rows.len());
     assert!(
         rows.iter().all(|row| row.len() == 9 && row[3] == row[4] && row[5] == row[6] && row[7] == row[8])
