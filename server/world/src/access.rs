@@ -1,8 +1,8 @@
-//! Who may call what: tokens that clients present, and the role that each method asks for.
+//! Access control: tokens of clients, and the role that each method requires.
 //!
 //! * Here: whether a call is allowed.
-//! * `methods`: the role of each method, and what it concerns.
-//! * `file`: the tokens as the operator's file has them.
+//! * `methods`: the role of each method, and the objects that it concerns.
+//! * `file`: the tokens in the operator's file.
 
 mod file;
 mod methods;
@@ -20,16 +20,17 @@ use tokio_util::sync::CancellationToken;
 use self::file::TokenFile;
 pub use self::methods::{Concern, concern_of, role_of};
 
-/// How often the file is looked at, and tokens that expired are revoked.
+/// Time between two checks of the file and of expired tokens.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Refusals that are logged a second; the others are counted, so that a flood of them does not fill the disk.
+/// Maximum number of refusals logged per second; further ones are only counted, so that they cannot fill the
+/// disk.
 const REFUSALS: u32 = 10;
 
-/// Whether clients need a token, and which there are. Clones are the same.
+/// Whether clients need a token, and the valid tokens. Clones share them.
 #[derive(Clone, Debug, Default)]
 pub struct Access {
-    /// `None`: no tokens are asked for.
+    /// File of tokens; `None` requires no tokens.
     file: Option<Arc<TokenFile>>,
     refusals: Arc<Mutex<Refusals>>,
 }
@@ -39,7 +40,7 @@ pub struct Access {
 struct Refusals {
     second: i64,
     logged: u32,
-    /// Since the last that was logged.
+    /// Refusals since the last logged one.
     unlogged: u64,
 }
 
@@ -57,24 +58,24 @@ impl Refusals {
     }
 }
 
-/// What a token allows.
+/// Rights of a token.
 #[derive(Debug)]
 pub struct Grant {
-    /// Whose it is.
+    /// Name of the token.
     pub name: String,
-    /// What it allows.
+    /// Role.
     pub role: Role,
-    /// The robots that it may change; none is all, and the world.
+    /// Robots that it may change; empty means all robots and the world.
     pub robots: Arc<[String]>,
-    /// It is refused from then on; `None` is never.
+    /// Time from which it is refused; `None` for never.
     pub expires: Option<Timestamp>,
-    /// Set once it was revoked or has expired: streams that it began end then.
+    /// Cancelled when it is revoked or expires: its streams end then.
     pub revoked: CancellationToken,
 }
 
 impl Grant {
     /// # Errors
-    /// Returns an error if it allows less than `needed`, which `method` needs.
+    /// Returns an error if its role is below `needed`, which `method` requires.
     pub fn check(&self, needed: Role, method: &str) -> Result<(), Denied> {
         if self.role >= needed {
             return Ok(());
@@ -84,7 +85,7 @@ impl Grant {
     }
 
     /// # Errors
-    /// Returns an error if it is for some robots alone, and the method concerns more than robots.
+    /// Returns an error if it is limited to some robots, and the method concerns more than robots.
     pub fn check_concern(&self, concern: Concern) -> Result<(), Denied> {
         let is_wider = matches!(concern, Concern::World | Concern::Pages);
         if self.robots.is_empty() || !is_wider {
@@ -94,46 +95,46 @@ impl Grant {
     }
 }
 
-/// Why a call is not allowed.
+/// Reason why a call is not allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
-    /// There is no token.
+    /// The call has no token.
     #[error(
         "this daemon asks for a token: set SIMD_TOKEN; `simctl token add` makes one where the daemon runs"
     )]
     Missing,
-    /// It is none of the daemon's.
+    /// The daemon does not know the token.
     #[error("the token is unknown, or was revoked")]
     Unknown,
-    /// Its time is over.
+    /// The token has expired.
     #[error("the token of {name} has expired")]
     Expired {
-        /// Whose it is.
+        /// Name of the token.
         name: String,
     },
-    /// It is for some robots alone.
+    /// The token is limited to some robots.
     #[error(
         "the token is for {} alone, and this concerns {}", robots.join(", "),
         if *concern == Concern::World { "the whole world".to_owned() } else { concern.to_string() }
     )]
     Robots {
-        /// Whose it is.
+        /// Name of the token.
         name: String,
-        /// Those that it is for.
+        /// Robots of the token.
         robots: Vec<String>,
-        /// What the method concerns.
+        /// Objects that the method concerns.
         concern: Concern,
     },
-    /// It allows less.
+    /// The role of the token is too low.
     #[error("the token of {name} is that of {a} {has}, and {method} needs {an} {needed}", a = article(*has), an = article(*needed))]
     Role {
-        /// Whose it is.
+        /// Name of the token.
         name: String,
-        /// What it allows.
+        /// Role of the token.
         has: Role,
-        /// What is called.
+        /// Called method.
         method: String,
-        /// What that needs.
+        /// Role that the method requires.
         needed: Role,
     },
 }
@@ -146,7 +147,7 @@ fn article(role: Role) -> &'static str {
 }
 
 impl Denied {
-    /// Whose token it was, where that is known.
+    /// Returns the name of the token, if known.
     pub fn name(&self) -> &str {
         match self {
             Self::Missing | Self::Unknown => "",
@@ -156,28 +157,29 @@ impl Denied {
 }
 
 impl Access {
-    /// No client needs a token.
+    /// Makes an access control without tokens.
     pub fn open() -> Self {
         Self::default()
     }
 
-    /// By the tokens of a file.
+    /// Makes an access control with the tokens of a file.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be read, is no file of tokens, or can be read by others; a sentence.
+    /// Returns a sentence if the file cannot be read, is not a file of tokens, or is readable by other users.
     pub fn from_file(path: PathBuf) -> Result<Self, String> {
         Ok(Self { file: Some(Arc::new(TokenFile::read(path)?)), ..Self::default() })
     }
 
-    /// Whether clients need a token.
+    /// Returns whether clients need a token.
     pub fn is_required(&self) -> bool {
         self.file.is_some()
     }
 
-    /// What the token allows that a client presents; `None` where none is needed.
+    /// Returns the rights of a client's token; `None` if no tokens are required.
     ///
     /// # Errors
-    /// Returns an error if it is missing, unknown or expired, and where it allows less than `needed`, which `method` needs.
+    /// Returns an error if it is missing, unknown or expired, or its role is below `needed`, which `method`
+    /// requires.
     pub fn check(
         &self,
         token: Option<&str>,
@@ -195,12 +197,12 @@ impl Access {
         Ok(Some(grant))
     }
 
-    /// Whether a refusal may have a line of the log, and how many before it had none.
+    /// Returns the number of unlogged refusals before this one if it may be logged.
     pub fn may_log_refusal(&self) -> Option<u64> {
         self.refusals.lock().unwrap_or_else(PoisonError::into_inner).may_log(now())
     }
 
-    /// Looks now and then whether the file has changed. Never returns.
+    /// Checks the file for changes at intervals. Never returns.
     pub async fn keep_current(self) {
         let Some(file) = self.file else { return std::future::pending().await };
         let mut looks = tokio::time::interval(LOOK);
@@ -212,7 +214,7 @@ impl Access {
         }
     }
 
-    /// Looks at once.
+    /// Checks the file at once.
     #[cfg(any(test, feature = "testing"))]
     pub fn look(&self) {
         if let Some(file) = &self.file {
@@ -221,7 +223,7 @@ impl Access {
     }
 }
 
-/// Seconds since 1970.
+/// Returns seconds since 1970.
 fn now() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     i64::try_from(since.as_secs()).unwrap_or(i64::MAX)

@@ -1,23 +1,23 @@
-//! Whom a call counts for where clients share what the daemon has.
+//! The client that a call counts for in the daemon's shared limits.
 
 use std::fmt;
 use std::net::IpAddr;
 use std::sync::Arc;
 
-/// A client, as limits know it: whatever it calls itself, it has one share.
+/// A client, as limits know it: it has one share, regardless of the name that it gives.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Account {
     /// The daemon's own process, which has no limit.
     Process,
-    /// Of a token, by its name.
+    /// A token, by its name.
     Token(Arc<str>),
-    /// All who come from an IPv4 address.
+    /// All clients at an IPv4 address.
     Address(IpAddr),
-    /// All who come from an IPv6 network of 64 bits, by those.
+    /// All clients in an IPv6 network, by its 64 bits.
     Network(u64),
-    /// Of this machine: each connection for itself.
+    /// A connection from this machine.
     Connection(u64),
-    /// Of a session of Zenoh, by the id that it says it has.
+    /// A Zenoh session, by the id that it claims to have.
     Session(Arc<str>),
 }
 
@@ -26,7 +26,7 @@ tokio::task_local! {
 }
 
 impl Account {
-    /// Of a connection from an address.
+    /// Returns the account of a connection from an address.
     pub fn of_connection(number: u64, address: IpAddr) -> Self {
         match address.to_canonical() {
             address if address.is_loopback() => Self::Connection(number),
@@ -35,13 +35,13 @@ impl Account {
         }
     }
 
-    /// Whom the running task works for; the process where none was named. A task that it spawns does not know that by
-    /// itself: it is spawned within [`scope`](Self::scope).
+    /// Returns the client that the running task works for; by default the process. A spawned task does not
+    /// inherit it: spawn it within [`scope`](Self::scope).
     pub fn current() -> Self {
         CURRENT.try_with(Self::clone).unwrap_or(Self::Process)
     }
 
-    /// Does some work for this client.
+    /// Runs some work for this client.
     pub fn scope<F: Future>(self, work: F) -> impl Future<Output = F::Output> {
         CURRENT.scope(self, work)
     }

@@ -1,4 +1,4 @@
-//! Threads that may block or compute for long, apart from those that serve calls.
+//! Threads that may block or compute for long, separate from threads that serve calls.
 
 use std::io;
 use std::time::Duration;
@@ -6,36 +6,37 @@ use std::time::Duration;
 use tokio::runtime::{Builder, Handle, Runtime};
 use tokio::task::JoinHandle;
 
-/// An idle thread ends after this time.
+/// Time after which an idle thread ends.
 const IDLE: Duration = Duration::from_secs(10);
 
-/// How much lower than that of the physics thread the priority of computing threads is, as `nice` counts: where they want a
-/// processor at the same time, it gets nine tenths.
+/// Nice value of computing threads, relative to the physics thread: if both want a processor, the physics
+/// thread gets nine tenths.
 #[cfg(target_os = "linux")]
 const NICE: i32 = 10;
 
-/// A bounded number of threads, started as they are needed.
+/// A bounded number of threads, started on demand.
 #[derive(Debug)]
 pub struct BlockingThreads {
     handle: Handle,
-    /// Used for its blocking threads alone. Taken when it ends.
+    /// Runtime, used only for its blocking threads. Taken when it ends.
     runtime: Option<Runtime>,
 }
 
 impl BlockingThreads {
-    /// For what computes for milliseconds or seconds: these threads give way to the physics thread.
+    /// Makes threads for computations of milliseconds or seconds, with a lower priority than the physics
+    /// thread.
     ///
     /// # Errors
-    /// Returns an error if the system gives no threads.
+    /// Returns an error if the system refuses threads.
     pub fn computing() -> io::Result<Self> {
         let count = std::thread::available_parallelism().map_or(1, usize::from) + 2;
         Self::new(Builder::new_current_thread().thread_name("compute").on_thread_start(lower_priority), count)
     }
 
-    /// For what waits, and computes nothing.
+    /// Makes threads for work that waits and computes nothing.
     ///
     /// # Errors
-    /// Returns an error if the system gives no threads.
+    /// Returns an error if the system refuses threads.
     pub fn waiting(name: &str, count: usize, stack_bytes: usize) -> io::Result<Self> {
         Self::new(Builder::new_current_thread().thread_name(name).thread_stack_size(stack_bytes), count)
     }
@@ -45,7 +46,7 @@ impl BlockingThreads {
         Ok(Self { handle: runtime.handle().clone(), runtime: Some(runtime) })
     }
 
-    /// Does some work on one of the threads, once one is free.
+    /// Runs some work on one of the threads, once one is free.
     pub fn run<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> JoinHandle<T> {
         self.handle.spawn_blocking(work)
     }
@@ -53,14 +54,15 @@ impl BlockingThreads {
 
 impl Drop for BlockingThreads {
     fn drop(&mut self) {
-        // A runtime waits for its threads where it is dropped otherwise.
+        // Otherwise, dropping a runtime waits for its threads.
         if let Some(runtime) = self.runtime.take() {
             runtime.shutdown_background();
         }
     }
 }
 
-/// Linux has a priority for each thread; other systems have one for the process, which stays as it is.
+/// Lowers the priority of the calling thread. Linux has a priority for each thread; other systems have one
+/// for the process, which stays unchanged.
 pub(crate) fn lower_priority() {
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::process::setpriority_process(None, NICE) {

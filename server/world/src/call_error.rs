@@ -1,48 +1,48 @@
-//! Why a call failed, alike for every front-end.
+//! Errors of calls, for every front-end.
 
 use simd_core::simulation::error::list_known;
 use simd_model::LoadReport;
 
 use crate::run_state::RunState;
 
-/// Why a call failed. Each message is a sentence for people.
+/// Error of a call. Each message is a sentence for people.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum CallError {
-    /// The world refused.
+    /// The world refused the call.
     #[error(transparent)]
     World(#[from] simd_core::Error),
-    /// A value that the daemon itself refuses.
+    /// The daemon itself refused a value.
     #[error("{element} is {value}; {expected}")]
     InvalidValue {
-        /// What, for instance `real_time_factor`.
+        /// Name of the value, for instance `real_time_factor`.
         element: String,
-        /// What was given.
+        /// Given value.
         value: String,
-        /// What would be accepted, as "it must be ...".
+        /// Accepted values, as "it must be ...".
         expected: String,
     },
     /// Too many commands are waiting.
     #[error("the daemon's mailbox is full ({capacity} commands wait); try again")]
     MailboxFull {
-        /// How many may wait.
+        /// Maximum number of waiting commands.
         capacity: usize,
     },
-    /// One of the daemon's limits.
+    /// The call would exceed one of the daemon's limits.
     #[error("{what} would be {value}, and the limit is {limit}")]
     LimitExceeded {
-        /// What is counted.
+        /// Counted quantity.
         what: String,
-        /// What it would be.
+        /// Value that it would have.
         value: u64,
-        /// What it may be.
+        /// Limit.
         limit: u64,
     },
-    /// Not in this state, for instance stepping while playing.
+    /// The call is not possible in this state, for instance stepping while playing.
     #[error("{message}")]
     WrongState {
-        /// The state that the world is in.
+        /// Present state of the world.
         state: RunState,
-        /// Names the remedy.
+        /// Sentence that names the remedy.
         message: String,
     },
     /// The caller's token is for other robots.
@@ -51,174 +51,174 @@ pub enum CallError {
         if robot.is_empty() { "the whole world".to_owned() } else { format!("robot {robot:?}") }
     )]
     RobotNotAllowed {
-        /// Which it is; empty for the whole world.
+        /// Name of the robot; empty for the whole world.
         robot: String,
-        /// Those that the token is for.
+        /// Robots of the token.
         allowed: Vec<String>,
     },
-    /// Another client's, whose token or claim holds.
+    /// The object belongs to another client with an active token or claim.
     #[error("{what} belongs to {owner}; choose another name, or take it over")]
     OwnedByAnother {
-        /// For instance `saved state "start"`.
+        /// Object, for instance `saved state "start"`.
         what: String,
-        /// Who made it.
+        /// Owner.
         owner: String,
     },
-    /// There is no such member (any more).
+    /// The lockstep member does not exist (any more).
     #[error(
         "there is no such member in lockstep (any more): it left, or did not ask in its time; join again"
     )]
     LockstepMemberNotFound,
-    /// Only the members of a lockstep may do that.
+    /// Only lockstep members may do this.
     #[error(
         "{members} clients step the world together: join them (JoinLockstep), or wait until they have left"
     )]
     InLockstep {
-        /// How many there are.
+        /// Number of members.
         members: u64,
     },
     /// A reset, a pause or a play ended the call.
     #[error("{by} ended the call after {steps_done} of {steps} steps")]
     Superseded {
-        /// For instance "a pause".
+        /// Cause, for instance "a pause".
         by: String,
-        /// Steps that were done and stay done.
+        /// Steps that were made and remain.
         steps_done: u64,
-        /// Steps that were asked for.
+        /// Requested steps.
         steps: u64,
     },
-    /// The robot that the call loaded is gone before its answer was made.
+    /// The robot that the call loaded was deleted before the answer was made.
     #[error(
         "robot {robot:?} was loaded at step {step} and is gone again: it was deleted, or the world was reset or restored"
     )]
     GoneAgain {
-        /// Its name.
+        /// Name of the robot.
         robot: String,
-        /// From which step on it was there.
+        /// Step from which it existed.
         step: u64,
     },
-    /// The description cannot be understood.
+    /// The description is invalid.
     #[error("{message}")]
     InvalidDescription {
-        /// Names the element and the line.
+        /// Sentence that names the element and the line.
         message: String,
-        /// Everything that was found up to there.
+        /// Findings up to the error.
         report: Box<LoadReport>,
     },
-    /// It was never uploaded, or is no longer kept.
+    /// The description was never uploaded, or is no longer stored.
     #[error("description {sha256} is not kept here; send it again with PrepareDescription")]
     DescriptionNotUploaded {
-        /// Its name.
+        /// Hash of the description.
         sha256: String,
     },
-    /// It was never uploaded, or is no longer kept.
+    /// The file was never uploaded, or is no longer stored.
     #[error("asset {uri:?} ({sha256}) is not kept here; send it with UploadAsset")]
     AssetNotUploaded {
-        /// As the description writes it.
+        /// URI, as the description writes it.
         uri: String,
-        /// What the request says it is.
+        /// Hash in the request.
         sha256: String,
     },
-    /// The bytes are not those that were said.
+    /// The uploaded bytes do not match the announced ones.
     #[error("{message}")]
     UploadMismatch {
-        /// What does not fit.
+        /// Sentence that names the mismatch.
         message: String,
     },
-    /// Not below an asset root.
+    /// The path is not below an asset root.
     #[error("{message}")]
     PathNotAllowed {
-        /// Names the remedy.
+        /// Sentence that names the remedy.
         message: String,
     },
-    /// No such file on the daemon's disk.
+    /// The file does not exist on the daemon's disk.
     #[error("{message}")]
     FileNotFound {
-        /// Names the path.
+        /// Sentence that names the path.
         message: String,
     },
-    /// No slider or button of that name.
+    /// No slider or button has that name.
     #[error("there is no parameter {name:?}; {}", list_known("parameters", .known))]
     ParameterNotFound {
-        /// What was asked for.
+        /// Requested name.
         name: String,
-        /// What there is.
+        /// Existing names.
         known: Vec<String>,
     },
     /// The name is taken.
     #[error("there is a parameter {name:?} already; choose another name, replace it, or remove it")]
     ParameterExists {
-        /// The name.
+        /// Name.
         name: String,
     },
-    /// A file is no saved state that can be restored here.
+    /// The file is not a saved state that can be restored here.
     #[error("{message}")]
     InvalidSavedState {
-        /// What is wrong with it, and with which robot.
+        /// Sentence that names the fault and the robot.
         message: String,
     },
     /// No recording can be made or changed.
     #[error("{message}")]
     RecordingNotPossible {
-        /// Names the remedy.
+        /// Sentence that names the remedy.
         message: String,
     },
-    /// No recording of that name.
+    /// No recording has that name.
     #[error("there is no recording {name:?}; {}", list_known("recordings", .known))]
     RecordingNotFound {
-        /// What was asked for.
+        /// Requested name.
         name: String,
-        /// What there is.
+        /// Existing names.
         known: Vec<String>,
     },
     /// The name is taken.
     #[error("there is a recording {name:?} already; choose another name, or delete it")]
     RecordingExists {
-        /// The name.
+        /// Name.
         name: String,
     },
-    /// A request's id was used before, and not for this request.
+    /// The request's id was used before for another request.
     #[error("the request id {id:?} {how}")]
     RequestIdReused {
-        /// The id.
+        /// Id.
         id: String,
-        /// What it was used for, and what to do.
+        /// Earlier use of the id, and the remedy.
         how: String,
     },
-    /// A picture is wanted, and nothing draws.
+    /// A picture was requested, but there is no renderer.
     #[error(
         "no renderer draws this world: start `simd-camera --endpoint ...`, on this machine or on another"
     )]
     NoRenderer,
-    /// No picture came in the time that the caller waits.
+    /// No picture came in the caller's time.
     #[error("no renderer drew the picture in time; wait longer, or start another `simd-camera`")]
     PictureTimeout,
-    /// Renderers could not draw a picture.
+    /// Renderers could not draw the picture.
     #[error("the picture cannot be drawn: {why}")]
     PictureFailed {
-        /// What a renderer said, or did.
+        /// Reason from a renderer, or its failure.
         why: String,
     },
-    /// The daemon goes down.
+    /// The daemon shuts down.
     #[error("the daemon is shutting down")]
     ShuttingDown,
-    /// A fault of the daemon.
+    /// The daemon has a fault.
     #[error("the daemon failed: {message}")]
     Internal {
-        /// For its log and for a bug report.
+        /// Message for its log and for a bug report.
         message: String,
     },
 }
 
 impl CallError {
-    /// Whether the same request, sent again, may well succeed: such an answer is
-    /// not the answer to a request's id.
+    /// Returns whether the same request may succeed when sent again: such an answer is not stored for a
+    /// request's id.
     pub fn is_transient(&self) -> bool {
         matches!(self, Self::MailboxFull { .. } | Self::ShuttingDown | Self::Internal { .. })
     }
 }
 
-/// What a panic said.
+/// Returns the message of a panic.
 pub(crate) fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().copied();
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("it panicked").to_owned()

@@ -1,6 +1,6 @@
-//! Permits for work that few may do at a time. Clients that wait are served round robin, one call each, so that one with many calls
-//! does not keep the others waiting. Where work takes long, a client has one permit at the most, so that it does not keep all of them
-//! either.
+//! Permits for work that few clients may do at a time. Waiting clients are served round robin, one call each,
+//! so that one with many calls does not keep the others waiting. For long work, a client has at most one
+//! permit, so that it cannot take all of them.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,11 +10,11 @@ use tokio::sync::oneshot;
 use crate::account::Account;
 use crate::call_error::CallError;
 
-/// Permits, and who waits for one.
+/// Permits, and the calls that wait for one.
 #[derive(Debug)]
 pub(crate) struct FairPermits {
     queue: Arc<Mutex<Queue>>,
-    /// What waits, in the words of a refusal.
+    /// Name of the waiting calls, for refusals.
     what: &'static str,
     waiting: usize,
     waiting_of_one: usize,
@@ -23,42 +23,43 @@ pub(crate) struct FairPermits {
 #[derive(Debug)]
 struct Queue {
     free: usize,
-    /// In the order in which they are served; none is without a call.
+    /// Waiting clients in serving order, each with at least one call.
     clients: VecDeque<(Account, VecDeque<oneshot::Sender<Permit>>)>,
-    /// A client has one permit at the most, and waits for a second one also where one is free.
+    /// Whether a client has at most one permit, and waits for a second one even if another is free.
     has_one_each: bool,
-    /// Clients that have a permit, where each has one at the most.
+    /// Clients with a permit, if each has at most one.
     holders: Vec<Account>,
 }
 
-/// Allows one piece of work until it is dropped.
+/// A permit for one piece of work, held until it is dropped.
 #[derive(Debug)]
 pub(crate) struct Permit {
-    /// Where it goes back to.
+    /// Queue that it returns to.
     queue: Option<Arc<Mutex<Queue>>>,
-    /// Whose it is.
+    /// Client that holds it.
     account: Account,
 }
 
 impl FairPermits {
-    /// So many permits. For one may wait so many calls, of which one client may have a part.
+    /// Makes `permits` permits, with at most `waiting` waiting calls, of which one client may have
+    /// `waiting_of_one`.
     pub(crate) fn new(permits: usize, waiting: usize, waiting_of_one: usize, what: &'static str) -> Self {
         let queue =
             Queue { free: permits, clients: VecDeque::new(), has_one_each: false, holders: Vec::new() };
         Self { queue: Arc::new(Mutex::new(queue)), what, waiting, waiting_of_one }
     }
 
-    /// The same where a client has one permit at the most, also where others are free: as a permit cannot be taken back, those who
-    /// come later would wait for that client's work. The daemon's own process has no such limit.
+    /// Limits each client to one permit, even if others are free: a permit cannot be revoked, so later
+    /// clients would wait for its work. The daemon's own process has no such limit.
     pub(crate) fn with_one_each(self) -> Self {
         lock(&self.queue).has_one_each = true;
         self
     }
 
-    /// A permit, once this client is next in the round robin.
+    /// Returns a permit, once this client is next in the round robin.
     ///
     /// # Errors
-    /// At once where too many wait already, of all clients or of this one.
+    /// Returns an error at once if too many calls wait already, of all clients or of this one.
     pub(crate) async fn acquire(&self) -> Result<Permit, CallError> {
         let receiver = {
             let account = Account::current();
@@ -74,7 +75,7 @@ impl FairPermits {
     }
 
     fn wait(&self, queue: &mut Queue, account: Account) -> Result<oneshot::Receiver<Permit>, CallError> {
-        // Those that were given up take no place.
+        // Cancelled calls take no slot.
         for (_, calls) in &mut queue.clients {
             calls.retain(|call| !call.is_closed());
         }
@@ -105,27 +106,27 @@ fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
 }
 
 impl Queue {
-    /// Whether a client may have a permit now.
+    /// Returns whether a client may have a permit now.
     fn may_have_one(&self, client: &Account) -> bool {
         *client == Account::Process || !self.holders.contains(client)
     }
 
-    /// A client gets a permit.
+    /// Notes that a client gets a permit.
     fn hold(&mut self, client: &Account) {
         if self.has_one_each {
             self.holders.push(client.clone());
         }
     }
 
-    /// A client gives a permit back.
+    /// Notes that a client returns a permit.
     fn give_back(&mut self, client: &Account) {
         if let Some(index) = self.holders.iter().position(|holder| holder == client) {
             self.holders.swap_remove(index);
         }
     }
 
-    /// The first call of the client that is next in the round robin and may have a permit, which it holds from now on. It is the last in
-    /// the order then.
+    /// Takes the first call of the next client in the round robin that may have a permit, and notes that it
+    /// holds one. The client then moves to the end.
     fn next(&mut self) -> Option<(Account, oneshot::Sender<Permit>)> {
         let index = self.clients.iter().position(|(client, _)| self.may_have_one(client))?;
         let (client, mut calls) = self.clients.remove(index)?;
@@ -155,7 +156,7 @@ impl Drop for Permit {
             let Some((account, call)) = next else { return };
             match call.send(Self { queue: Some(Arc::clone(&queue)), account }) {
                 Ok(()) => return,
-                // Its caller is gone: the permit is the next one's.
+                // Its caller has disconnected: the permit goes to the next client.
                 Err(mut unwanted) => {
                     unwanted.queue = None;
                     holder = unwanted.account.clone();
@@ -265,7 +266,7 @@ mod tests {
             "{}",
             refusal("c")
         );
-        // Who gave up takes no place.
+        // A cancelled call takes no slot.
         drop(waiting);
         assert!(granted(&mut call(permits, "c")).is_none());
     }
@@ -281,7 +282,7 @@ mod tests {
         let held = granted(&mut call(permits, "c")).unwrap();
         let mut granted_late = call(permits, "d");
         assert!(granted(&mut granted_late).is_none());
-        // It was given its permit, and never looked.
+        // It got its permit, but was never polled again.
         drop(held);
         drop(granted_late);
         assert!(granted(&mut call(permits, "e")).is_some());

@@ -1,13 +1,13 @@
-//! Files as the daemon opens them: regular ones alone, without waiting for what is no file, and no more bytes than a limit.
+//! Opens files for the daemon: only regular ones, without waiting for pipes, and with a limit of bytes.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
-/// Names that a file may have that was put aside.
+/// Maximum number of names for files that are put aside.
 const ASIDES: usize = 100;
 
-/// Opens a file that the operator named, also by way of a link.
+/// Opens a file that the operator named, also through a link.
 ///
 /// # Errors
 /// Returns an error if it cannot be opened, or is a pipe, a device or a folder.
@@ -15,7 +15,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     regular(options().open(path)?)
 }
 
-/// Opens a file by its name in a folder where others may put files: a link there may lead out of it.
+/// Opens a file by its name in a folder where other users may put files: a link there may lead out of it.
 ///
 /// # Errors
 /// As [`open`], and if it is a link.
@@ -33,7 +33,7 @@ pub fn open_in(folder: &Path, name: &str) -> io::Result<File> {
 /// Reads all of an open file.
 ///
 /// # Errors
-/// Returns an error if it has more bytes than the limit, also if it grows while it is read.
+/// Returns an error if it has more bytes than the limit, even if it grows while it is read.
 pub fn read(file: File, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(limit + 1).read_to_end(&mut bytes)?;
@@ -43,10 +43,10 @@ pub fn read(file: File, limit: u64) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Gives a file another name beside it: `FILE.unusable`, or with a number where files are there already. Says which.
+/// Renames a file to `FILE.unusable`, with a number if that exists already. Returns the new name.
 ///
 /// # Errors
-/// Returns an error if it cannot be renamed, and where too many are there.
+/// Returns an error if it cannot be renamed, or too many such files exist.
 pub fn put_aside(path: &Path) -> io::Result<PathBuf> {
     let names = (1..=ASIDES).map(|number| match number {
         1 => ".unusable".to_owned(),
@@ -66,7 +66,7 @@ pub fn put_aside(path: &Path) -> io::Result<PathBuf> {
     ))
 }
 
-/// For reading; a pipe without a writer is not waited for.
+/// Returns options for reading, without waiting for a pipe's writer.
 fn options() -> OpenOptions {
     let mut options = File::options();
     options.read(true);

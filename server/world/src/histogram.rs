@@ -1,23 +1,23 @@
-//! Counts of durations by length, which many threads add to without a lock.
+//! Counts of durations by length, to which many threads add without a lock.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// Upper bounds in seconds; what is longer is counted beyond the last.
+/// Upper bounds, seconds; longer durations are counted beyond the last.
 const BOUNDS: [f64; 20] = [
     2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0,
     2.0, 5.0,
 ];
-/// The preferred numbers R10 (ISO 3): a percentile that is read off these is within a fifth of the truth.
+/// Preferred numbers R10 (ISO 3): a percentile read from these is within a fifth of the true one.
 const FINE: [f64; 10] = [1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0];
 /// Powers of ten of the fine bounds: from 1 us up to 8 s.
 const DECADES: [f64; 7] = [1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 1.0];
 
-/// How many durations there were of each length.
+/// Number of durations of each length.
 #[derive(Debug)]
 pub(crate) struct Histogram {
     bounds: Vec<f64>,
-    /// One more than there are bounds.
+    /// Counts, one more than there are bounds.
     counts: Vec<AtomicU64>,
     nanoseconds: AtomicU64,
 }
@@ -31,16 +31,17 @@ impl Default for Histogram {
 /// A histogram at a moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Counts {
-    /// Seconds, of all.
+    /// Sum of all values, seconds.
     pub sum: f64,
     /// Number of values.
     pub count: u64,
-    /// Upper bounds in seconds, and how many are between each and the one before; the last bound is infinite.
+    /// Upper bounds, seconds, each with the number of values between it and the previous one; the last bound
+    /// is infinite.
     pub buckets: Vec<(f64, u64)>,
 }
 
 impl Histogram {
-    /// One from which percentiles are to be read.
+    /// Makes a histogram for percentiles.
     pub(crate) fn fine() -> Self {
         let bounds = DECADES.iter().flat_map(|decade| FINE.map(|number| number * decade));
         Self::of(bounds.collect())
@@ -51,7 +52,7 @@ impl Histogram {
         Self { bounds, counts, nanoseconds: AtomicU64::default() }
     }
 
-    /// Adds one.
+    /// Adds a duration.
     pub(crate) fn observe(&self, duration: Duration) {
         let seconds = duration.as_secs_f64();
         let bucket = self.bounds.partition_point(|&bound| bound < seconds);

@@ -1,107 +1,107 @@
-//! Who this daemon is, and the limits that requests must stay within.
+//! Identity of this daemon, and the limits of requests.
 
 use std::time::Duration;
 
-/// Longest name of anything, in bytes: names come back in messages and headers.
+/// Maximum length of any name, bytes: names are repeated in messages and headers.
 pub const MAX_NAME_BYTES: usize = 1024;
 
-/// Who this daemon is.
+/// Identity and limits of this daemon.
 #[derive(Clone, Debug)]
 pub struct DaemonInfo {
-    /// What the operator calls it.
+    /// Name that the operator gave it.
     pub name: String,
-    /// Its release.
+    /// Release.
     pub version: &'static str,
-    /// What it allows.
+    /// Limits.
     pub limits: DaemonLimits,
 }
 
-/// Beyond one of these a request is refused; see `RequestLimits` in the schema.
+/// Limits beyond which a request is refused; see `RequestLimits` in the schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DaemonLimits {
-    /// Robots at one time.
+    /// Maximum number of robots.
     pub robots: u32,
-    /// Links of one robot.
+    /// Maximum number of links of one robot.
     pub links: u32,
-    /// Of one URDF.
+    /// Maximum bytes of one URDF.
     pub description_bytes: u64,
-    /// Of one mesh file.
+    /// Maximum bytes of one mesh file.
     pub asset_bytes: u64,
-    /// Of all kept uploads together.
+    /// Maximum bytes of all stored uploads together.
     pub upload_store_bytes: u64,
-    /// Of all robots' meshes in memory, each counted once.
+    /// Maximum bytes of all robots' meshes in memory, each counted once.
     pub decoded_bytes: u64,
-    /// Of the time in which a description is read, waiting for a permit included.
+    /// Maximum time for reading a description, seconds, including the wait for a permit.
     pub reading_seconds: u64,
-    /// Of one message on the wire.
+    /// Maximum bytes of one message on the wire.
     pub message_bytes: u64,
-    /// Of one call that steps.
+    /// Maximum steps of one call.
     pub steps: u64,
-    /// States of the world that are kept.
+    /// Maximum number of saved states.
     pub saved_states: u32,
-    /// What a description and its meshes must stay within while they are read.
+    /// Limits for reading a description and its meshes.
     pub reading: simd_model::LoadLimits,
-    /// Sliders and buttons at one time.
+    /// Maximum number of sliders and buttons.
     pub parameters: u32,
-    /// Claims at one time.
+    /// Maximum number of claims.
     pub claims: usize,
-    /// Answers that are kept for retries, requests under way included.
+    /// Maximum number of answers kept for retries, including requests in progress.
     pub answers: usize,
-    /// Bytes of these.
+    /// Maximum bytes of these.
     pub answer_bytes: usize,
-    /// How long one is kept.
+    /// Time for which each of these is kept.
     pub answer_time: Duration,
-    /// Uploads under way at one time.
+    /// Maximum number of uploads in progress.
     pub uploads: usize,
-    /// Bytes of these.
+    /// Maximum bytes of these.
     pub partial_upload_bytes: usize,
-    /// After which an upload is abandoned.
+    /// Time after which an upload is abandoned.
     pub abandoned_upload: Duration,
-    /// After which a file that no robot uses is forgotten.
+    /// Time after which a file that no robot uses is forgotten.
     pub unused_file: Duration,
-    /// Calls for kinematics, rays and distances that wait.
+    /// Maximum number of waiting calls for kinematics, rays and distances.
     pub waiting_reads: usize,
-    /// Rollouts that wait for a permit.
+    /// Maximum number of rollouts that wait for a permit.
     pub waiting_rollouts: usize,
-    /// Of the numbers that one rollout gives.
+    /// Maximum bytes of the results of one rollout.
     pub rollout_bytes: u64,
-    /// Processor time of one rollout.
+    /// Maximum processor time of one rollout, seconds.
     pub rollout_seconds: u64,
-    /// Pictures that clients wait for.
+    /// Maximum number of pictures that clients wait for.
     pub waiting_pictures: usize,
-    /// Bytes of these, and of the pictures of cameras that are kept.
+    /// Maximum bytes of these, and of the kept pictures of cameras.
     pub picture_bytes: u64,
-    /// After which a picture that a renderer was given goes to another.
+    /// Time after which a task of a renderer goes to another one.
     pub drawing_time: Duration,
-    /// Bytes of answers that clients have yet to read, on all transports.
+    /// Maximum bytes of answers that clients have yet to read, on all transports.
     pub unread_bytes: u64,
-    /// Descriptions and files that wait to be read.
+    /// Maximum number of descriptions and files that wait to be read.
     pub waiting_descriptions: usize,
-    /// Queries of Zenoh that are being answered.
+    /// Maximum number of Zenoh queries in progress.
     pub zenoh_queries: usize,
-    /// Of these, streams.
+    /// Maximum number of streams among these.
     pub zenoh_streams: usize,
-    /// How long one stream of Zenoh goes on.
+    /// Maximum duration of one Zenoh stream.
     pub zenoh_stream_time: Duration,
-    /// Calls a second of one client; 0 is any number.
+    /// Maximum calls per second of one client; 0 disables the limit.
     pub calls_per_second_of_client: u32,
-    /// Streams of one client.
+    /// Maximum number of streams of one client.
     pub streams_of_client: u32,
-    /// Calls for kinematics, rays and distances of one client that wait.
+    /// Maximum number of one client's waiting calls for kinematics, rays and distances.
     pub waiting_reads_of_client: usize,
-    /// Rollouts of one client that wait for a permit.
+    /// Maximum number of one client's rollouts that wait for a permit.
     pub waiting_rollouts_of_client: usize,
-    /// Descriptions and files of one client that wait to be read.
+    /// Maximum number of one client's descriptions and files that wait to be read.
     pub waiting_descriptions_of_client: usize,
-    /// Uploads of one client under way.
+    /// Maximum number of one client's uploads in progress.
     pub uploads_of_client: usize,
-    /// Sliders and buttons of one client.
+    /// Maximum number of sliders and buttons of one client.
     pub parameters_of_client: usize,
-    /// Bytes of their names, and of the names of the robots and joints that they move.
+    /// Maximum bytes of their names, and of the names of their robots and joints.
     pub parameter_bytes_of_client: usize,
-    /// States of the world that are kept for one client.
+    /// Maximum number of saved states of one client.
     pub saved_states_of_client: usize,
-    /// Claims of one client.
+    /// Maximum number of claims of one client.
     pub claims_of_client: usize,
 }
 

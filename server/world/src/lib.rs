@@ -1,17 +1,17 @@
-//! The world as a service: the thread that owns it, and [`SimHandle`], the one way to it. Nothing here knows a
-//! transport. Modules import downwards only:
+//! The world as a service: the thread that owns it, and [`SimHandle`], the only way to it. This crate knows
+//! no transport. Modules import downwards only:
 //!
-//! * [`handle`]: what can be asked of the world, in plain types.
+//! * [`handle`]: all requests to the world, in plain types.
 //! * [`recording`]: recordings and their replay.
-//! * [`loading`]: descriptions and assets, from uploads and from disk, to robots.
+//! * [`loading`]: robots from descriptions and assets, uploaded or on disk.
 //! * [`driver`]: the thread that owns the world and its pace.
 //! * [`fair_permits`]: permits that clients get round robin.
 //! * [`unread_answers`]: answers that clients have yet to read.
-//! * [`call_error`]: why a call is refused.
+//! * [`call_error`]: errors of calls.
 //! * [`access`]: tokens and roles. [`account`]: the client that a call counts for.
 //! * [`blocking_threads`]: threads for work that blocks. [`process`]: memory and files of this process.
-//! * [`files`]: files as the daemon opens them.
-//! * [`histogram`], [`info`], [`run_state`]: types that the others share.
+//! * [`files`]: safe opening of files.
+//! * [`histogram`], [`info`], [`run_state`]: shared types.
 
 pub mod access;
 pub mod account;

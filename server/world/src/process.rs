@@ -1,23 +1,23 @@
-//! What the system and the allocator say of this process. Where they do not say it there is nothing.
+//! Facts about this process from the system and the allocator; `None` if they are unavailable.
 
 use std::fs;
 use std::sync::OnceLock;
 
-/// Says how many bytes are allocated, in a program that counts them.
+/// Returns the allocated bytes, in a program that counts them.
 static ALLOCATED: OnceLock<fn() -> usize> = OnceLock::new();
 
-/// Takes the count of a program's allocator; the first one stays.
+/// Sets the counter of a program's allocator; the first one stays.
 pub fn count_heap_by(allocated: fn() -> usize) {
     let _ = ALLOCATED.set(allocated);
 }
 
-/// Memory that is allocated and not freed, in a program that counts it. It is less than what the process has: an allocator
-/// keeps what was freed.
+/// Returns the bytes that are allocated and not freed, in a program that counts them. The process has more:
+/// an allocator keeps freed memory.
 pub fn heap_bytes() -> Option<usize> {
     ALLOCATED.get().map(|allocated| allocated())
 }
 
-/// Memory that it has.
+/// Returns the resident memory, bytes.
 pub fn resident_bytes() -> Option<u64> {
     let text = fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
@@ -25,7 +25,7 @@ pub fn resident_bytes() -> Option<u64> {
     Some(kilobytes.saturating_mul(1024))
 }
 
-/// Files, sockets and pipes that are open.
+/// Returns the number of open files, sockets and pipes.
 pub fn open_files() -> Option<usize> {
     fs::read_dir("/proc/self/fd").ok().map(Iterator::count)
 }

@@ -1,12 +1,12 @@
-//! Whether the world runs.
+//! Run state of the world.
 
-/// Whether the world runs, in the words of `simulation_interfaces`.
+/// Run state of the world, in the words of `simulation_interfaces`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunState {
-    /// Paused and put back to the start.
+    /// Paused and reset to the start.
     Stopped,
     /// Steps follow the pace.
     Playing,
-    /// No step but those asked for.
+    /// Only requested steps are made.
     Paused,
 }

@@ -1,7 +1,9 @@
-//! Bytes of answers that clients have yet to read: bounded in all, for each client and for each connection, whatever carries them.
+//! Bytes of answers that clients have yet to read: bounded in total, for each client and for each connection,
+//! on every transport.
 //!
-//! Bytes are counted from before an answer is made until the transport has sent or dropped it. A client may have as much as is
-//! left for all others: so one that reads nothing fills a half, and a next client finds as much room as each of those before it.
+//! Bytes are counted from before an answer is made until the transport has sent or dropped it. A client may
+//! have as much as is left for all others. So a client that reads nothing fills a half, and the next client
+//! finds as much room as each one before it.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -12,20 +14,20 @@ use bytes::Bytes;
 use crate::account::Account;
 use crate::call_error::CallError;
 
-/// Bytes that an open call counts for, beside those of its answer: what a transport keeps of it.
+/// Bytes that an open call counts for, beside its answer: the transport's own memory of it.
 pub const CALL: u64 = 16 << 10;
-/// Answers of methods whose last one was as large are made apart, where they hold up no other call.
+/// Size of a method's last answer from which its answers are made where they delay no other call, bytes.
 pub const LARGE: u64 = 256 << 10;
-/// A connection has at most this part of the whole.
+/// Divisor of the limit for one connection.
 const OF_CONNECTION: u64 = 3;
 
-/// The bytes that clients have yet to read.
+/// Bytes that clients have yet to read.
 #[derive(Debug)]
 pub struct UnreadAnswers {
     limit: u64,
-    /// Held for a look or a change.
+    /// Locked for a look or a change.
     held: Mutex<Held>,
-    /// Of the last answers of each method, by its path. Held for a look or a change.
+    /// Sizes of the last answers of each method, by its path. Locked for a look or a change.
     sizes: Mutex<HashMap<&'static str, u64>>,
 }
 
@@ -36,12 +38,12 @@ struct Held {
     connections: HashMap<u64, u64>,
 }
 
-/// Whom bytes count for.
+/// Client and connection that bytes count for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reader {
-    /// The client.
+    /// Client.
     pub account: Account,
-    /// The number of its connection, where it has one.
+    /// Number of its connection, if any.
     pub connection: Option<u64>,
 }
 
@@ -54,7 +56,7 @@ pub struct Unread {
 }
 
 impl UnreadAnswers {
-    /// At most this many bytes in all.
+    /// Makes an account with at most `limit` bytes in total.
     pub fn new(limit: u64) -> Arc<Self> {
         Arc::new(Self { limit, held: Mutex::default(), sizes: Mutex::default() })
     }
@@ -62,24 +64,24 @@ impl UnreadAnswers {
     /// Counts bytes for a client before they are made.
     ///
     /// # Errors
-    /// Returns an error if the client has yet to read too much.
+    /// Returns an error if the client would have more unread bytes than permitted.
     pub fn hold(self: &Arc<Self>, reader: &Reader, bytes: u64) -> Result<Unread, CallError> {
         let mut unread = Unread { answers: Arc::clone(self), reader: reader.clone(), bytes: 0 };
         unread.grow(bytes)?;
         Ok(unread)
     }
 
-    /// All bytes that are held.
+    /// Returns all counted bytes.
     pub fn bytes(&self) -> u64 {
         self.lock().all
     }
 
-    /// How large the last answers of a method were.
+    /// Returns the expected size of a method's answer, from its last ones.
     pub fn expected(&self, path: &str) -> u64 {
         self.sizes().get(path).copied().unwrap_or_default()
     }
 
-    /// An answer of a method had this size. One small answer among large ones changes little.
+    /// Notes the size of a method's answer. One small answer among large ones changes little.
     pub fn made(&self, path: &'static str, bytes: u64) {
         let mut sizes = self.sizes();
         let expected = sizes.entry(path).or_default();
@@ -96,7 +98,7 @@ impl UnreadAnswers {
 }
 
 impl Held {
-    /// Adds bytes of a client, or says whose bytes would be how many, and how many they may be.
+    /// Adds bytes of a client. Otherwise, returns whose limit it would exceed, with the value and the limit.
     fn add(&mut self, reader: &Reader, bytes: u64, limit: u64) -> Result<(), (String, u64, u64)> {
         let of_client = self.clients.get(&reader.account).copied().unwrap_or_default() + bytes;
         let free = limit.saturating_sub(self.all);
@@ -125,7 +127,7 @@ impl Held {
     }
 }
 
-/// Takes bytes from an entry, which goes with its last ones.
+/// Takes bytes from an entry, and removes it with the last ones.
 fn take<K: Eq + Hash>(entries: &mut HashMap<K, u64>, key: &K, bytes: u64) {
     let Some(held) = entries.get_mut(key) else { return };
     *held = held.saturating_sub(bytes);
@@ -138,9 +140,10 @@ impl Unread {
     /// Counts more bytes.
     ///
     /// # Errors
-    /// Returns an error if the client has yet to read too much. Then the count is as before.
+    /// Returns an error if the client would have more unread bytes than permitted. Then the count is
+    /// unchanged.
     pub fn grow(&mut self, bytes: u64) -> Result<(), CallError> {
-        // The daemon's own process reads what it asks for.
+        // The daemon's own process reads its answers.
         if self.reader.account != Account::Process {
             let limit = self.answers.limit;
             self.answers.lock().add(&self.reader, bytes, limit).map_err(|(whose, value, limit)| {
@@ -152,10 +155,10 @@ impl Unread {
         Ok(())
     }
 
-    /// Counts these bytes and no others.
+    /// Counts exactly these bytes.
     ///
     /// # Errors
-    /// Those of [`Self::grow`].
+    /// As [`Self::grow`].
     pub fn set(&mut self, bytes: u64) -> Result<(), CallError> {
         match bytes.checked_sub(self.bytes) {
             Some(more) => self.grow(more),
@@ -169,7 +172,7 @@ impl Unread {
     /// Counts other bytes of the same client.
     ///
     /// # Errors
-    /// Those of [`Self::grow`].
+    /// As [`Self::grow`].
     pub fn another(&self, bytes: u64) -> Result<Self, CallError> {
         self.answers.hold(&self.reader, bytes)
     }
@@ -188,7 +191,7 @@ impl Drop for Unread {
     }
 }
 
-/// Bytes that are counted until the last who has them has dropped them.
+/// Bytes that are counted until their last holder drops them.
 struct Counted {
     bytes: Bytes,
     _unread: Arc<Unread>,
@@ -200,7 +203,7 @@ impl AsRef<[u8]> for Counted {
     }
 }
 
-/// The same bytes, which keep the count as long as anybody has them or a part of them.
+/// Returns the same bytes, which count as long as a holder has them or a part of them.
 pub fn counted(bytes: Bytes, unread: Arc<Unread>) -> Bytes {
     Bytes::from_owner(Counted { bytes, _unread: unread })
 }

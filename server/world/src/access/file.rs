@@ -1,4 +1,4 @@
-//! The tokens as the operator's file has them. The file is read again when it has changed.
+//! The tokens in the operator's file, which is read again when it changes.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
@@ -13,23 +13,23 @@ use tokio_util::sync::CancellationToken;
 use super::Grant;
 use crate::files;
 
-/// A longer file is not read.
+/// Maximum size of the file, bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// What a token is known by.
+/// Hash of a token.
 type Hash = [u8; 32];
 
-/// The entries by hash, each with what it allows.
+/// Entries by hash, each with its rights.
 type Table = BTreeMap<Hash, (TokenEntry, Arc<Grant>)>;
 
-/// What tells whether a file is another one than before.
+/// Time and size of the file, which show a change.
 type Version = (Option<SystemTime>, u64);
 
 #[derive(Debug)]
 pub(super) struct TokenFile {
     path: PathBuf,
     table: ArcSwap<Table>,
-    /// Of the file that was read last, and what was wrong with it.
+    /// Version of the file that was read last, and its fault.
     read: Mutex<(Version, Option<String>)>,
 }
 
@@ -40,13 +40,14 @@ impl TokenFile {
         Ok(Self { path, table, read: Mutex::new((version, None)) })
     }
 
-    /// By a hash of what was presented: the time of the search says nothing about a token, since a caller cannot choose its hash.
+    /// Finds a token by its hash. The time of the search reveals nothing about a token, since a caller cannot
+    /// choose its hash.
     pub(super) fn find(&self, hash: &Hash) -> Option<(TokenEntry, Arc<Grant>)> {
         self.table.load().get(hash).cloned()
     }
 
-    /// Reads the file anew where it has changed, and revokes what is gone from it or has expired. A file that cannot be
-    /// read, or is none of tokens, changes nothing, and is logged once.
+    /// Reads the file again if it has changed, and revokes removed or expired tokens. A file that is
+    /// unreadable or invalid changes nothing, and is logged once.
     pub(super) fn refresh(&self, now: i64) {
         let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
         let version = fs::metadata(&self.path).as_ref().map(version).unwrap_or_default();
@@ -82,7 +83,7 @@ impl TokenFile {
     }
 }
 
-/// Entries that are as they were keep their grants.
+/// Makes the table; unchanged entries keep their grants.
 fn table(entries: Vec<TokenEntry>, before: &Table) -> Table {
     let granted = |entry: TokenEntry| {
         let known = before.get(&entry.hash).filter(|(known, _)| *known == entry);
@@ -96,8 +97,8 @@ fn table(entries: Vec<TokenEntry>, before: &Table) -> Table {
     entries.into_iter().map(granted).collect()
 }
 
-/// Refuses a file of 0 bytes in place of one with tokens: a disk was full, or it is about to be written. What `simctl` writes has a
-/// heading, also without tokens.
+/// Refuses an empty file in place of one with tokens: the disk was full, or the file is about to be written.
+/// Files of `simctl` have a heading, even without tokens.
 fn not_emptied(path: &Path, read: (Vec<TokenEntry>, Version)) -> Result<(Vec<TokenEntry>, Version), String> {
     match read.1 {
         (_, 0) => Err(format!("the file of tokens {}: it is empty", path.display())),
@@ -116,7 +117,7 @@ fn entries(path: &Path) -> Result<(Vec<TokenEntry>, Version), String> {
     Ok((parse_tokens(&text).map_err(of_file)?, version(&metadata)))
 }
 
-/// Others must not add tokens, nor learn whose there are.
+/// Checks that other users can neither add tokens nor read them.
 #[cfg(unix)]
 fn check_mode(metadata: &Metadata) -> Result<(), String> {
     use std::os::unix::fs::PermissionsExt as _;

@@ -1,4 +1,4 @@
-//! One table of all methods: the role that each asks for, and what it concerns.
+//! One table of all methods: the role that each requires, and the objects that it concerns.
 //!
 //! A method of the schema without a row does not compile.
 
@@ -7,18 +7,19 @@ use std::fmt;
 use simd_proto::access::Role;
 use simd_proto::v1::FILE_DESCRIPTOR_SET;
 
-/// What a method changes, or tells of people: a token for some robots allows no more than those.
+/// Objects that a method changes, or reveals about people: a token for some robots only allows methods on
+/// those.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Concern {
-    /// It reads the world, or changes what is the caller's own.
+    /// It reads the world, or changes only the caller's own objects.
     Nothing,
-    /// The robots that it names. The handle judges them.
+    /// The robots that it names. The handle checks them.
     Robots,
-    /// The robot whose camera is drawn. The handle judges it.
+    /// The robot whose camera is drawn. The handle checks it.
     Camera,
     /// The pages of all people.
     Pages,
-    /// The whole world, and what all clients share.
+    /// The whole world, and everything that clients share.
     World,
 }
 
@@ -34,18 +35,18 @@ impl fmt::Display for Concern {
     }
 }
 
-/// Methods of a service that ask for one role and concern one thing.
+/// Methods of a service with the same role and concern.
 type Row = (&'static str, Role, Concern, &'static [&'static str]);
 
 const ROWS: &[Row] = &[
     ("CameraService", Role::Viewer, Concern::Nothing, &["ListCameras", "GetPicture", "GetMesh"]),
-    // To take pictures takes the renderers' time, and who draws decides what controllers see.
+    // Taking pictures uses the renderers' time, and renderers determine what controllers see.
     ("CameraService", Role::Operator, Concern::Nothing, &["TakePicture"]),
     ("CameraService", Role::Operator, Concern::Camera, &["NextPicture", "PutPicture"]),
     ("ClientService", Role::Viewer, Concern::Nothing, &["ListClients"]),
     ("ConstraintService", Role::Viewer, Concern::Nothing, &["ListConstraints"]),
     ("ConstraintService", Role::Operator, Concern::Robots, &["CreateConstraint"]),
-    // Their names do not say of which robots they are.
+    // Their names do not identify the robots.
     ("ConstraintService", Role::Operator, Concern::World, &["ChangeConstraint", "DeleteConstraint"]),
     (
         "ContactService",
@@ -109,7 +110,7 @@ const ROWS: &[Row] = &[
             "Control",
         ],
     ),
-    // Its secret proves whose claim it is.
+    // Its secret proves who holds the claim.
     ("JointService", Role::Operator, Concern::Nothing, &["ReleaseJoints"]),
     (
         "KinematicsService",
@@ -130,7 +131,7 @@ const ROWS: &[Row] = &[
         Concern::Nothing,
         &["GetParameters", "NextParameters", "WatchParameters"],
     ),
-    // The robots that they are bound to.
+    // They concern the robots that they are bound to.
     ("ParameterService", Role::Operator, Concern::Robots, &["AddParameter", "SetParameters"]),
     ("ParameterService", Role::Operator, Concern::Nothing, &["RemoveParameters"]),
     (
@@ -141,7 +142,7 @@ const ROWS: &[Row] = &[
     ),
     ("RecordingService", Role::Operator, Concern::World, &["StartRecording", "StopRecording"]),
     ("RecordingService", Role::Admin, Concern::World, &["DeleteRecording"]),
-    // It changes nothing, and takes the machine's time.
+    // It changes nothing, but uses the machine's time.
     ("RolloutService", Role::Operator, Concern::Nothing, &["Rollout"]),
     (
         "SensorService",
@@ -182,10 +183,10 @@ const ROWS: &[Row] = &[
         ],
     ),
     ("ViewService", Role::Viewer, Concern::Nothing, &["ListMarkers", "NextView", "GetCameras"]),
-    // Without a robot, a marker is the world's.
+    // A marker without a robot belongs to the world.
     ("ViewService", Role::Operator, Concern::Robots, &["AddMarkers", "SetLinkColors"]),
     ("ViewService", Role::Operator, Concern::Nothing, &["DeleteMarkers", "ReportView"]),
-    // To ask for keys makes pages report them.
+    // Asking for keys makes pages report them.
     ("ViewService", Role::Operator, Concern::Pages, &["SetCamera", "NextInput"]),
 ];
 
@@ -195,18 +196,19 @@ fn row_of(service: &str, method: &str) -> Option<&'static Row> {
     ROWS.iter().find(|(of, _, _, methods)| *of == service && methods.contains(&method))
 }
 
-/// Which role a method asks for. One that is not in the table asks for the highest.
+/// Returns the role that a method requires. A method outside of the table requires the highest.
 pub fn role_of(service: &str, method: &str) -> Role {
     row_of(service, method).map_or(Role::Admin, |(_, role, _, _)| *role)
 }
 
-/// What a method concerns. One that is not in the table concerns the world.
+/// Returns the objects that a method concerns. A method outside of the table concerns the world.
 pub fn concern_of(service: &str, method: &str) -> Concern {
     row_of(service, method).map_or(Concern::World, |(_, _, concern, _)| *concern)
 }
 
-/// Whether each method of a compiled schema has a row. It reads the fields of a `FileDescriptorSet` that name methods: files have
-/// the number 1, a file's services 6, a service's methods 2, and names 1.
+/// Returns whether each method of a compiled schema has a row. It reads the fields of a `FileDescriptorSet`
+/// that name methods. Their numbers are 1 for files, 6 for a file's services, 2 for a service's methods, and
+/// 1 for names.
 const fn has_row_for_each_method(schema: &[u8]) -> bool {
     let mut set = Fields::of(schema);
     while let Some((number, file)) = set.next() {
@@ -269,7 +271,7 @@ const fn is_equal(mut a: &[u8], mut b: &[u8]) -> bool {
     a.is_empty() && b.is_empty()
 }
 
-/// The fields of a message that are texts or messages.
+/// Fields of a message that are texts or messages.
 struct Fields<'m>(&'m [u8]);
 
 impl<'m> Fields<'m> {
@@ -277,7 +279,7 @@ impl<'m> Fields<'m> {
         Self(message)
     }
 
-    /// The number of the next field, and its bytes; none for a number.
+    /// Returns the number of the next field, and its bytes; `None` for a numeric field.
     const fn next(&mut self) -> Option<(u64, &'m [u8])> {
         if self.0.is_empty() {
             return None;

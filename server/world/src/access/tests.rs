@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use super::*;
 
 fn write(path: &Path, entries: &[TokenEntry]) {
-    // Each time of another length: a file system may have coarse times.
+    // Each version has another length: a file system may have coarse times.
     let length = fs::metadata(path).map_or(0, |metadata| metadata.len());
     let padding = "#".repeat(usize::try_from(length).unwrap() + 1);
     fs::write(path, format!("{padding}\n{}", write_tokens(entries))).unwrap();
@@ -80,19 +80,19 @@ fn what_changes_in_the_file_changes_what_is_allowed() {
     access.look();
     assert!(second.revoked.is_cancelled() && !first.revoked.is_cancelled(), "alice's streams go on");
     assert_eq!(granted(&b).unwrap_err(), Denied::Unknown);
-    // One whose role is another gets a new grant.
+    // An entry with another role gets a new grant.
     write(&path, &[TokenEntry { role: Role::Viewer, ..alice.clone() }]);
     access.look();
     assert!(first.revoked.is_cancelled());
     assert_eq!(granted(&a).unwrap().unwrap().role, Role::Viewer);
-    // A file that is gone or damaged changes nothing.
+    // A missing or damaged file changes nothing.
     fs::write(&path, "nonsense").unwrap();
     access.look();
     granted(&a).unwrap();
     fs::remove_file(&path).unwrap();
     access.look();
     granted(&a).unwrap();
-    // One that expires ends what it began.
+    // An expired token ends its streams.
     let past = Some("2020-01-01T00:00:00Z".parse().unwrap());
     let before = granted(&a).unwrap().unwrap();
     write(&path, &[TokenEntry { expires: past, ..alice }]);
