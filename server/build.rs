@@ -1,17 +1,17 @@
-//! Looks whether the viewer was built, since it becomes part of the binary.
+//! Checks whether the viewer was built, since it becomes part of the binary.
 
 use std::fs;
 use std::path::Path;
 
-/// Where `npm run build` in `client/web` puts it.
+/// Output folder of `npm run build` in `client/web`.
 const VIEWER: &str = "../client/web/dist";
-/// Set to 1, a build without the viewer fails.
+/// If it is 1, a build without the viewer fails.
 const REQUIRED: &str = "SIMD_REQUIRE_VIEWER";
 
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-env-changed={REQUIRED}");
     let viewer = Path::new(VIEWER);
-    // Cargo would build anew each time for a folder that is not there.
+    // Without the folder, Cargo would rebuild each time.
     let _ = fs::create_dir_all(viewer);
     if viewer.is_dir() {
         println!("cargo:rerun-if-changed={VIEWER}");

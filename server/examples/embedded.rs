@@ -1,4 +1,4 @@
-//! A world within a Rust program: an arm is loaded, moved and read, and there is no daemon and no socket.
+//! A world within a Rust program: loads, moves and reads an arm, without a daemon and a socket.
 //!
 //! ```sh
 //! cargo run --package simd-server --example embedded
@@ -23,7 +23,7 @@ fn main() -> Result<()> {
 
     let world = Embedded::start(config, "1.0", "example")?;
     let handle = world.handle();
-    // Steps are a future's work, and this thread does it: any runtime is fit for it.
+    // A future makes the steps on this thread, so any runtime works.
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let whole = Some(WholeTarget::Position(vec![0.3; 7]));
     let targets = RobotTargets { robot: "arm".into(), whole, ..RobotTargets::default() };

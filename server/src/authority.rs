@@ -1,4 +1,4 @@
-//! `simd tls`: a private authority and certificates that it signed, for a lab that has none.
+//! `simd tls`: makes a private authority and certificates that it signs, for a lab that has none.
 
 use std::ffi::OsString;
 use std::fs;
@@ -14,11 +14,11 @@ use time::{Duration, OffsetDateTime};
 
 use crate::subcommand;
 
-/// How long clients may rely on the authority.
+/// Validity of the authority.
 const AUTHORITY: Duration = Duration::days(3_650);
-/// How long certificates of the daemon and of clients are valid.
+/// Validity of certificates of the daemon and of clients.
 const LEAF: Duration = Duration::days(825);
-/// Clocks differ.
+/// Time by which validity begins early, since clocks differ.
 const BEFORE: Duration = Duration::days(1);
 
 /// A robot physics daemon without a screen: certificates
@@ -40,9 +40,11 @@ enum Command {
 enum Tls {
     /// Makes a private authority and the daemon's certificate: ca.pem, ca.key, server.pem and server.key
     Init {
-        /// Where to put them; made where it is not there. With an authority in it, that signs the new certificate
+        /// Where to put them; made where it is not there. With an authority in it, that signs the new
+        /// certificate
         folder: PathBuf,
-        /// A name or an address by which clients reach the daemon, beside localhost, 127.0.0.1 and ::1. Repeatable
+        /// A name or an address by which clients reach the daemon, beside localhost, 127.0.0.1 and ::1.
+        /// Repeatable
         #[arg(long, value_name = "HOST")]
         host: Vec<String>,
     },
@@ -50,15 +52,16 @@ enum Tls {
     Client {
         /// Where the authority is that `simd tls init` made; they are put there too
         folder: PathBuf,
-        /// Whose it is: 1 to 64 of the characters A-Z a-z 0-9 . _ -. `simd zenoh-acl` takes "simd" for a daemon that joins a router
+        /// Whose it is: 1 to 64 of the characters A-Z a-z 0-9 . _ -. `simd zenoh-acl` takes "simd" for a
+        /// daemon that joins a router
         name: String,
     },
 }
 
-/// Does what the arguments ask for, where they ask for certificates; the result is what to print.
+/// Runs the arguments if they begin with `tls`; returns the text to print.
 ///
 /// # Errors
-/// Help and usage as clap has them, and where a file cannot be made; a text.
+/// Returns a text: clap's about wrong usage, or the reason why a file cannot be written.
 pub fn run(arguments: &[OsString]) -> Option<Result<String, String>> {
     let Command::Tls(tls) = match subcommand::read::<Arguments>("tls", arguments)? {
         Ok(arguments) => arguments.command,
@@ -139,7 +142,7 @@ fn are_free(paths: [&Path; 2]) -> Result<(), String> {
     }
 }
 
-/// The authority in a folder, if there is one.
+/// Returns the authority in a folder, if any.
 fn known(folder: &Path) -> Result<Option<Issuer<'static, KeyPair>>, String> {
     let read = |name: &str| match fs::read_to_string(folder.join(name)) {
         Ok(text) => Ok(Some(text)),
@@ -190,7 +193,7 @@ fn params(name: &str, lifetime: Duration, names: Vec<String>) -> Result<Certific
     Ok(params)
 }
 
-/// A key that others could read would be no secret.
+/// Writes a file, which other users cannot read if it is secret.
 fn write(path: &Path, text: &str, is_secret: bool) -> Result<(), String> {
     let mut options = fs::OpenOptions::new();
     options.write(true).create_new(true);

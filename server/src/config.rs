@@ -1,8 +1,8 @@
-//! What the operator can say: flags beat variables of the environment, which beat the configuration file, which beats the
-//! defaults. Everything is checked before a port is bound.
+//! The operator's settings: flags override environment variables, which override the configuration file,
+//! which overrides the defaults. Everything is checked before a port is bound.
 //!
 //! * `keys`: the table of keys, from which everything else here is made; `key` is one of them.
-//! * `file`, `environment`, `flags`: the layers, each put over a `draft`.
+//! * `file`, `environment`, `flags`: the layers, each applied to a `draft`.
 //! * `command` and `text`: `simd config`, the default file and the document.
 
 mod command;
@@ -40,106 +40,106 @@ use simd_world::driver;
 use simd_world::handle::{DaemonLimits, Pace};
 use simd_world::recording;
 
-/// Everything that a daemon is started with.
+/// Complete configuration of a daemon.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// What it is called on the network: `[A-Za-z0-9_-]+`.
+    /// Name on the network: `[A-Za-z0-9_-]+`.
     pub name: String,
-    /// Where gRPC is served; port 0 takes a free one.
+    /// Address of gRPC; port 0 takes a free one.
     pub listen: SocketAddr,
-    /// A Unix socket at which the same is served, without TLS.
+    /// Unix socket that serves the same without TLS.
     pub unix_socket: Option<PathBuf>,
-    /// How it is reached over Zenoh.
+    /// Zenoh.
     pub zenoh: Zenoh,
-    /// A node on a graph of ROS 2.
+    /// Node on a ROS 2 graph.
     pub ros2: Ros2,
-    /// Names under which browsers may ask for the daemon, beside addresses and `localhost`.
+    /// Names by which browsers may address the daemon, beside addresses and `localhost`.
     pub allow_hosts: Vec<String>,
-    /// Origins of sites that may have the page in a frame, as `https://lab.example`.
+    /// Origins of sites that may show the page in a frame, as `https://lab.example`.
     pub frame_ancestors: Vec<String>,
-    /// Allows an address that others can reach without TLS and tokens.
+    /// Whether an address that others can reach is allowed without TLS and tokens.
     pub insecure: bool,
-    /// The certificate and its key, where gRPC and the viewer are served over TLS.
+    /// Certificate and key, if gRPC and the viewer are served over TLS.
     pub tls: Option<TlsFiles>,
-    /// The file of tokens, where clients need one.
+    /// File of tokens, if clients need one.
     pub tokens: Option<PathBuf>,
-    /// Ends when stdin does, so that a program's own daemon does not outlive it.
+    /// Whether the daemon ends when stdin does, so that it does not outlive the program that started it.
     pub until_stdin_closes: bool,
-    /// What is logged, as `tracing_subscriber::EnvFilter` reads it.
+    /// Log filter, as `tracing_subscriber::EnvFilter` reads it.
     pub log: String,
-    /// How it is written.
+    /// Format of the log.
     pub log_format: LogFormat,
     /// Folders below which clients may name robots on this disk.
     pub asset_roots: Vec<PathBuf>,
     /// Robots to load before the first step.
     pub robots: Vec<Robot>,
-    /// Gravity, time step, substeps, integrator, how surfaces combine.
+    /// Gravity, time step, substeps, integrator, and combination of surfaces.
     pub physics: PhysicsSettings,
     /// Pace, and whether the world plays once the robots are loaded.
     pub driver: driver::Config,
-    /// Where the world is saved as it runs, where it is.
+    /// Autosave, if enabled.
     pub autosave: Option<Autosave>,
-    /// What requests must stay within.
+    /// Limits of requests.
     pub limits: DaemonLimits,
-    /// What connections of gRPC and HTTP must stay within.
+    /// Limits of gRPC and HTTP connections.
     pub connections: Connections,
-    /// Where recordings are kept.
+    /// Recordings.
     pub recording: recording::Settings,
 }
 
-/// How the world is saved as it runs.
+/// Settings of the autosave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Autosave {
-    /// Where; a file that is written beside it takes its place.
+    /// File, which is replaced as a whole.
     pub file: PathBuf,
-    /// How often, where the world has changed since.
+    /// Time between two saves of a changed world.
     pub every: Duration,
-    /// Whether the daemon starts with the world that is there, and not with the robots of its configuration.
+    /// Whether the daemon starts with the saved world, and not with the robots of its configuration.
     pub restore: bool,
 }
 
-/// What TLS is served with, each a file of PEM.
+/// PEM files for TLS.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TlsFiles {
-    /// The certificate of the daemon, and what is between it and its authority.
+    /// Certificate of the daemon, with intermediate certificates.
     pub certificate: PathBuf,
-    /// Its private key.
+    /// Private key.
     pub key: PathBuf,
-    /// Authorities, of one of which clients must have a certificate.
+    /// Authorities for certificates of clients; if given, clients must have one.
     pub client_authorities: Option<PathBuf>,
 }
 
 /// A robot to load at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
-    /// A `.urdf`, or a package's folder.
+    /// Path of a `.urdf`, or of a package's folder.
     pub path: PathBuf,
-    /// Empty: the name in the URDF.
+    /// Name; if empty, the name in the URDF.
     pub name: String,
     /// `world_from_root`.
     pub pose: DPose3,
-    /// `None` fixes a root link called `world`.
+    /// Whether the base is fixed; `None` fixes a root link called `world`.
     pub fixed: Option<bool>,
-    /// Joints are not actuated, instead of holding their position.
+    /// Whether joints have no actuators, instead of holding their position.
     pub passive: bool,
-    /// Positions to start from, rad or m, by joint.
+    /// Initial positions, rad or m, by joint.
     pub positions: BTreeMap<String, f64>,
-    /// Lengths are multiplied by it.
+    /// Factor of all lengths.
     pub scale: f64,
-    /// Refuse a robot whose report has a warning.
+    /// Whether to refuse a robot whose report has a warning.
     pub strict: bool,
 }
 
-/// What is wrong, in one sentence.
+/// Fault in the configuration, in one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
-    /// With the flags or the environment.
+    /// Fault in the flags or the environment.
     #[error("{0}")]
     Usage(String),
-    /// With the configuration file.
+    /// Fault in the configuration file.
     #[error("{0}")]
     File(String),
-    /// Nothing: help or the version was asked for, and this is it.
+    /// No fault: the requested help or version.
     #[error("{0}")]
     HelpOrVersion(String),
 }
@@ -173,7 +173,7 @@ impl Default for Config {
 }
 
 impl Robot {
-    /// A robot at the origin, as its description has it.
+    /// Makes a robot at the origin, with its description's defaults.
     pub fn at(path: PathBuf) -> Self {
         Self {
             path,
@@ -189,18 +189,18 @@ impl Robot {
 }
 
 impl Config {
-    /// From a command line, the program's name first, without an environment.
+    /// Reads a command line, with the program's name first, without an environment.
     ///
     /// # Errors
-    /// One sentence for the first mistake. The help and the version come this way too.
+    /// Returns one sentence for the first mistake, or the help or the version.
     pub fn from_args(args: impl IntoIterator<Item = OsString>) -> Result<Self, ConfigError> {
         Self::read(args, [])
     }
 
-    /// From a command line, the program's name first, and variables of the environment.
+    /// Reads a command line, with the program's name first, and environment variables.
     ///
     /// # Errors
-    /// One sentence for the first mistake. The help and the version come this way too.
+    /// Returns one sentence for the first mistake, or the help or the version.
     pub fn read(
         args: impl IntoIterator<Item = OsString>,
         variables: impl IntoIterator<Item = (OsString, OsString)>,
@@ -208,8 +208,8 @@ impl Config {
         Ok(read(args, variables)?.config)
     }
 
-    /// Who reaches the port commands the robots, unless tokens are asked for; who sees the packets has the tokens, unless
-    /// there is TLS.
+    /// Refuses an exposed address without protection. Without tokens, every client that reaches the port
+    /// commands the robots; without TLS, everyone who sees the packets has the tokens.
     fn check_exposure(&self) -> Result<(), String> {
         if self.listen.ip().is_loopback() || self.insecure {
             return Ok(());
@@ -227,7 +227,7 @@ impl Config {
         ))
     }
 
-    /// Changes physics settings, where the world would accept them.
+    /// Changes physics settings, if the world would accept them.
     fn change_physics(&mut self, change: PhysicsChange) -> Result<(), String> {
         let limits = WorldLimits { robots: 0, saved_states: 0 };
         let mut world = Simulation::new(self.physics, limits);
@@ -296,7 +296,7 @@ impl Config {
     }
 }
 
-/// All layers, each over the last.
+/// Reads all layers, each over the previous one.
 fn read(
     args: impl IntoIterator<Item = OsString>,
     variables: impl IntoIterator<Item = (OsString, OsString)>,

@@ -1,8 +1,7 @@
-//! All of it put together, from start to drain.
+//! The whole daemon, from start to drain.
 //!
-//! The order of a start: asset roots, ports, driver (paused), robots, play, serve.
-//! So an operator learns of a mistake in the first second, and the first step is
-//! the first that any robot sees.
+//! The order of a start is asset roots, ports, driver (paused), robots, play, serve. So an operator sees a
+//! mistake in the first second, and the first step includes every robot.
 
 mod autosave;
 mod error;
@@ -33,19 +32,19 @@ use signals::{SignalAction, Signals};
 use simd_world::access::Access;
 use simd_world::handle::{CallError, SimHandle};
 
-/// Calls and streams end within this time of a drain, or are cut off.
+/// Maximum time for calls and streams to end after a drain begins; then they are cut off.
 const DRAIN: Duration = Duration::from_millis(2200);
-/// The driver ends within this time after that, or is left behind.
+/// Maximum time for the driver to end after that; then it is left behind.
 const LAST_STEP: Duration = Duration::from_millis(300);
 
-/// A daemon that runs.
+/// A running daemon.
 #[derive(Debug)]
 pub struct Running {
-    /// The way to its world.
+    /// Handle on its world.
     pub handle: SimHandle,
-    /// Where it listens, with the port that it got.
+    /// Address that it listens on, with the actual port.
     pub address: SocketAddr,
-    /// Where it listens beside that.
+    /// Unix socket that it listens on too.
     pub unix_socket: Option<PathBuf>,
     tls: Option<Arc<Tls>>,
     zenoh: Option<zenoh::Serving>,
@@ -54,10 +53,10 @@ pub struct Running {
     autosave: Option<Autosave>,
 }
 
-/// Starts a daemon within this process: no signals, no line on stdout.
+/// Starts a daemon within this process, without signal handlers and output on stdout.
 ///
 /// # Errors
-/// Returns an error if an address, a folder or a robot is not as the configuration has it.
+/// Returns an error if an address, a folder or a robot of the configuration cannot be used.
 pub async fn start(config: Config) -> Result<Running, Error> {
     let loader = world::loader(&config)?;
     let access = config.tokens.clone().map_or_else(|| Ok(Access::open()), Access::from_file);
@@ -109,10 +108,10 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     Ok(Running { handle, address, unix_socket, tls, zenoh, ros2, server, autosave: config.autosave })
 }
 
-/// Whether the files that a configuration names can be used, without a daemon: certificates, tokens, robots.
+/// Checks without a daemon that the files of a configuration can be used: certificates, tokens, robots.
 ///
 /// # Errors
-/// What would keep a daemon from starting.
+/// Returns the error that would prevent a start.
 pub fn check(config: Config) -> Result<(), Error> {
     let access = config.tokens.map_or_else(|| Ok(Access::open()), Access::from_file);
     access.map_err(Error::Security)?;
@@ -127,12 +126,12 @@ pub fn check(config: Config) -> Result<(), Error> {
 }
 
 impl Running {
-    /// What comes before the address in a URL.
+    /// Returns the scheme of its URLs.
     pub fn scheme(&self) -> &'static str {
         if self.tls.is_some() { "https" } else { "http" }
     }
 
-    /// Reads the certificate and its key anew, for connections that come. Files that cannot be used change nothing.
+    /// Reads the certificate and its key again, for new connections. Unusable files change nothing.
     pub fn reload(&self) {
         match self.tls.as_ref().map(|tls| tls.reload()) {
             Some(Ok(())) => tracing::info!("the certificate was read again"),
@@ -141,17 +140,17 @@ impl Running {
         }
     }
 
-    /// Where it listens for Zenoh, with the ports that it got.
+    /// Returns the Zenoh locators that it listens on, with the actual ports.
     pub fn locators(&self) -> &[String] {
         self.zenoh.as_ref().map_or(&[], zenoh::Serving::locators)
     }
 
-    /// What became of replies over Zenoh so far, where it is served.
+    /// Returns the counts of replies over Zenoh so far, if it is served.
     pub fn zenoh_replies(&self) -> Option<zenoh::Replies> {
         self.zenoh.as_ref().map(zenoh::Serving::replies)
     }
 
-    /// Returns when the daemon ends without a request to end, with the reason.
+    /// Waits until the daemon fails, and returns the reason.
     pub async fn failed(&mut self) -> Error {
         let driver_ended = self.handle.driver_ended();
         tokio::select! {
@@ -165,8 +164,8 @@ impl Running {
         }
     }
 
-    /// Ends every stream with OK, takes no more calls, saves the world where it is saved as it runs, and ends it. What
-    /// has not ended by itself after two seconds is cut off.
+    /// Ends every stream with OK, accepts no more calls, saves the world if autosave is enabled, and ends it.
+    /// Everything that has not ended after two seconds is cut off.
     pub async fn drain(self) {
         self.handle.draining().cancel();
         let zenoh = async {
@@ -181,7 +180,7 @@ impl Running {
         };
         let abort = self.server.abort_handle();
         let server = async {
-            // One that failed was asked for its result already.
+            // A failed task has already returned its result.
             if self.server.is_finished() {
                 return;
             }
@@ -195,7 +194,7 @@ impl Running {
             }
         };
         tokio::join!(server, zenoh, ros2);
-        // What the last calls did is part of it.
+        // The save includes the effects of the last calls.
         world::save_last(self.autosave.as_ref(), &self.handle).await;
         self.handle.end_driver();
         if tokio::time::timeout(DRAIN, self.handle.recording_ended()).await.is_err() {
@@ -207,7 +206,7 @@ impl Running {
     }
 }
 
-/// The line that says where people look. An address that stands for all is none for a browser.
+/// Returns the line with the viewer's URL. A browser cannot use an address that stands for all.
 fn viewer(scheme: &str, address: SocketAddr) -> String {
     let ip = match address.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
@@ -219,23 +218,23 @@ fn viewer(scheme: &str, address: SocketAddr) -> String {
     format!("viewer: {scheme}://{address}/{lack}")
 }
 
-/// Writes to stdout on a thread of its own, which the process does not wait for: stdout may be a pipe
-/// that is not read, or a stopped terminal.
+/// Writes to stdout on a separate thread, which the process does not wait for: stdout may be an unread pipe,
+/// or a stopped terminal.
 fn announce(text: String) -> std::io::Result<()> {
     std::thread::Builder::new().name("simd-stdout".into()).spawn(move || {
         let mut stdout = std::io::stdout().lock();
-        // Where stdout is closed, the lines are not wanted.
+        // If stdout is closed, no program wants the lines.
         let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
     })?;
     Ok(())
 }
 
-/// Runs a daemon as the process: says on stdout when it is ready, in one line, and where the
-/// viewer is in another, tells the service manager too where one started it, and drains at SIGTERM,
-/// SIGINT or, where it was asked for, the end of stdin.
+/// Runs a daemon as the process. When it is ready, it prints one line on stdout, and one with the viewer's
+/// URL. It notifies the service manager that started it, if any. It drains at SIGTERM, SIGINT or, if enabled,
+/// the end of stdin.
 ///
 /// # Errors
-/// See [`Error`]; its exit code is the process's.
+/// Returns an [`Error`], whose exit code is the process's.
 pub async fn run(config: Config) -> Result<(), Error> {
     let mut signals = Signals::new(config.until_stdin_closes).map_err(Error::System)?;
     let manager = ServiceManager::of_this_process().map_err(Error::System)?;
@@ -244,7 +243,7 @@ pub async fn run(config: Config) -> Result<(), Error> {
     open_files::provide(config.connections.max);
     let mut running = tokio::select! {
         running = start(config) => running?,
-        // No client was served yet, so there is nothing to drain.
+        // No client was served yet, so a drain is not needed.
         () = signals.end() => return Ok(()),
     };
     let transports = if running.locators().is_empty() { "gRPC" } else { "gRPC and Zenoh" };

@@ -1,14 +1,16 @@
-//! A world within another program: the daemon's world and services, and no socket.
+//! A world within another program: the daemon's world and services, without a socket.
 //!
-//! A call is a method's name and the bytes of its request, as over Zenoh, and goes the same way: through the same
-//! services, with the same checks and refusals. It is done on the thread that calls ([`Embedded::call`]): reads hand
-//! nothing over, and commands and steps of a paused world are done by the caller too, who drives it (`driver/callers.rs`).
-//! What takes its time is begun ([`Embedded::begin`], [`Embedded::subscribe`]), and notices say what becomes of it.
+//! A call is a method's name and the bytes of its request, as over Zenoh. It passes the same services, with
+//! the same checks and refusals. The calling thread executes it ([`Embedded::call`]). Reads need no other
+//! thread. For commands and steps of a paused world, the caller drives the world itself
+//! (`driver/callers.rs`). Long calls are begun ([`Embedded::begin`], [`Embedded::subscribe`]), and notices
+//! report their results.
 //!
-//! * `direct`: calls that loops make, by a shorter way. `notices`: what becomes of calls that were begun. `publications`: what subscriptions get.
+//! * `direct`: a shorter path for the calls of loops. `notices`: results of begun calls. `publications`: data
+//!   of subscriptions.
 //!
-//! Bounded: [`UNDER_WAY`] calls and subscriptions that were begun, and `notices::WAITING` notices; beyond that their tasks
-//! wait until notices are read.
+//! Bounded: [`UNDER_WAY`] begun calls and subscriptions, and `notices::WAITING` notices; beyond that, their
+//! tasks wait until notices are read.
 
 mod direct;
 mod notices;
@@ -50,15 +52,15 @@ use simd_world::SimHandle;
 use simd_world::access::Access;
 use simd_world::handle::{CallError, Disconnect, Transport};
 
-/// Calls and subscriptions that were begun and have not ended.
+/// Maximum number of begun calls and subscriptions that have not ended.
 const UNDER_WAY: usize = 1024;
-/// Threads for what waits: deadlines, calls that were begun, publications. Calls are done by who calls.
+/// Number of threads for waiting: deadlines, begun calls, publications. Callers execute calls themselves.
 const WORKERS: usize = 2;
-/// Threads for files and for what computes long.
+/// Maximum number of threads for files and long computations.
 const BLOCKING_THREADS: usize = 16;
-/// How often a call that waits asks whether it goes on.
+/// Time between two checks whether a waiting call continues.
 const LOOK: Duration = Duration::from_millis(100);
-/// The last step and the end of a recording may take so long each.
+/// Longest time of the last step, and of the end of a recording.
 const LAST_STEP: Duration = Duration::from_millis(2000);
 
 /// A world within this program, and its services.
@@ -69,9 +71,9 @@ pub struct Embedded {
     handle: SimHandle,
     services: Routes,
     direct: Direct,
-    /// What each call says of who calls.
+    /// Headers of each call that describe the caller.
     said: MetadataMap,
-    /// Cancelled with the end: what is bound to a connection ends then.
+    /// Cancelled at the end, which ends everything bound to a connection.
     connection: CancellationToken,
     state_rate: f64,
     autosave: Option<Autosave>,
@@ -80,7 +82,7 @@ pub struct Embedded {
     notices: Mutex<Notices>,
 }
 
-/// What was begun, by ticket.
+/// Begun calls and subscriptions, by ticket.
 #[derive(Debug, Default)]
 struct UnderWay {
     tasks: HashMap<Ticket, AbortHandle>,
@@ -95,19 +97,21 @@ struct Prepared {
 }
 
 impl Embedded {
-    /// Opens a world, with the robots of its configuration. What the configuration says of addresses, TLS and tokens is
-    /// not read, since there is no socket. `version` is that of the schema that the caller speaks, `MAJOR.MINOR`, and
-    /// `client` what others see as its name. Not within a runtime of tokio: there [`SimHandle`] is what is wanted.
+    /// Opens a world, with the robots of its configuration. Its addresses, TLS and tokens are ignored, since
+    /// there is no socket. `version` is the caller's version of the schema, `MAJOR.MINOR`, and `client` is
+    /// its name for others. Do not call this within a tokio runtime: use [`SimHandle`] there.
     ///
     /// # Errors
-    /// Returns an error if a folder or a robot is not as the configuration has it, or the system gives no threads.
+    /// Returns an error if a folder or a robot of the configuration cannot be used, or the system refuses
+    /// threads.
     pub fn start(config: Config, version: &str, client: &str) -> Result<Self, Error> {
         let mut builder = Builder::new_multi_thread();
         let builder = builder.enable_all().worker_threads(WORKERS).max_blocking_threads(BLOCKING_THREADS);
         let runtime = builder.thread_name("simd-embedded").build().map_err(Error::System)?;
         let mut config = config;
         config.driver.callers_drive = true;
-        // A step that uses several threads is done by the driver's; who has one world in a program has one thread for it.
+        // Steps with several threads need the driver's thread; a program with one world has one thread for
+        // it.
         config.driver.step_threads = config.driver.step_threads.max(1);
         let handle = runtime.block_on(open(&config))?;
         let mut said = MetadataMap::new();
@@ -133,18 +137,18 @@ impl Embedded {
         })
     }
 
-    /// The way to its world, for who writes Rust.
+    /// Returns the handle on its world, for Rust programs.
     pub fn handle(&self) -> &SimHandle {
         &self.handle
     }
 
-    /// Makes a call and waits for its answer, on this thread. `method` is `SERVICE/METHOD`, `request` its message. Of a
-    /// method that gives many answers it is the first one. While it waits it asks ten times a second whether it
-    /// `goes_on`.
+    /// Makes a call and waits for its answer, on this thread. `method` is `SERVICE/METHOD`, `request` its
+    /// message. For a streaming method, the answer is the first one. While waiting, it checks ten times per
+    /// second whether it `goes_on`.
     ///
     /// # Errors
-    /// What the service refuses with; `DEADLINE_EXCEEDED` where the answer takes longer than `time_limit`, `CANCELLED`
-    /// where it does not go on.
+    /// Returns the refusal of the service, `DEADLINE_EXCEEDED` if the answer takes longer than `time_limit`,
+    /// or `CANCELLED` if it does not continue.
     pub fn call(
         &self,
         method: &str,
@@ -178,16 +182,16 @@ impl Embedded {
         }
     }
 
-    /// A refusal as a `google.rpc.Status`, with its details, which is how programs in other languages read it.
+    /// Returns a refusal as a `google.rpc.Status` with its details, for programs in other languages.
     pub fn refusal(&self, status: &Status) -> Vec<u8> {
         in_full(status)
     }
 
-    /// Begins a call whose answers come as notices of this ticket, within `time_limit`: one answer, or all of a
-    /// stream, or a refusal; then its end.
+    /// Begins a call. Its answers arrive as notices with this ticket, within `time_limit`: one answer, all
+    /// answers of a stream, or a refusal. Its end follows.
     ///
     /// # Errors
-    /// Returns an error if there is no such method, or too many calls are under way.
+    /// Returns an error if the method does not exist, or too many calls are in progress.
     pub fn begin(&self, method: &str, request: Bytes, time_limit: Duration) -> Result<Ticket, Status> {
         let prepared = self.prepare(self.find(method)?, request);
         let notifier = self.notifier.clone();
@@ -209,11 +213,11 @@ impl Embedded {
         })
     }
 
-    /// Subscribes to a topic: publications come as notices of this ticket, until [`end`](Self::end). Newest wins
-    /// where notices are not read; a gap in the events shows in their numbers.
+    /// Subscribes to a topic: publications arrive as notices with this ticket, until [`end`](Self::end). If
+    /// notices are not read, the newest wins; a gap in the events shows in their numbers.
     ///
     /// # Errors
-    /// Returns an error if too many are under way.
+    /// Returns an error if too many are in progress.
     pub fn subscribe(&self, topic: Topic) -> Result<Ticket, Status> {
         let (handle, notifier, rate) = (self.handle.clone(), self.notifier.clone(), self.state_rate);
         self.spawn(move |ticket| async move {
@@ -221,15 +225,15 @@ impl Embedded {
         })
     }
 
-    /// Ends a subscription, or a call that was begun. Notices that it sent before may still come.
+    /// Ends a subscription, or a begun call. Earlier notices of it may still arrive.
     pub fn end(&self, ticket: Ticket) {
         if let Some(task) = self.lock().tasks.remove(&ticket) {
             task.abort();
         }
     }
 
-    /// What has become of calls and subscriptions: all that waits, at the latest after `time_limit`, and then nothing.
-    /// `None` once [`close`](Self::close) was called. One thread reads them at a time.
+    /// Returns all waiting notices of calls and subscriptions, or none after `time_limit`. `None` once
+    /// [`close`](Self::close) was called. One thread reads them at a time.
     pub fn next_notices(&self, time_limit: Duration) -> Option<Vec<Notice>> {
         let mut notices = self.notices.lock().unwrap_or_else(PoisonError::into_inner);
         let runtime = self.runtime.as_ref()?;
@@ -242,12 +246,13 @@ impl Embedded {
         })
     }
 
-    /// Ends the world as a daemon that drains: calls that wait are refused with `SHUTTING_DOWN`, a recording is ended.
+    /// Ends the world like a draining daemon: waiting calls are refused with `SHUTTING_DOWN`, and a recording
+    /// is completed.
     pub fn close(&self) {
         let was_open = !self.connection.is_cancelled();
         self.connection.cancel();
         self.handle.draining().cancel();
-        // Once no more calls come.
+        // Saved once no more calls arrive.
         if let Some(runtime) = self.runtime.as_ref().filter(|_| was_open) {
             runtime.block_on(daemon::world::save_last(self.autosave.as_ref(), &self.handle));
         }
@@ -269,7 +274,7 @@ impl Embedded {
         }
     }
 
-    /// A method of the schema, while the world is there.
+    /// Finds a method of the schema, while the world exists.
     fn find(&self, method: &str) -> Result<&'static Method, Status> {
         if self.connection.is_cancelled() {
             return Err(CallError::ShuttingDown).or_status();
@@ -299,7 +304,7 @@ impl Embedded {
         under_way.given += 1;
         let ticket = under_way.given;
         let (work, of_task) = (work(ticket), self.under_way.clone());
-        // It finds its place taken: the lock is held until then.
+        // Its entry already exists: the lock is held until then.
         let task = runtime.spawn(async move {
             work.await;
             of_task.lock().unwrap_or_else(PoisonError::into_inner).tasks.remove(&ticket);
@@ -318,7 +323,7 @@ impl Embedded {
 }
 
 impl Drop for Embedded {
-    /// Waits for nothing: also in a process that was forked, where its threads are not.
+    /// Waits for nothing, so that it also works in a forked process, where the threads do not exist.
     fn drop(&mut self) {
         self.connection.cancel();
         self.handle.draining().cancel();
@@ -340,10 +345,10 @@ async fn open(config: &Config) -> Result<SimHandle, Error> {
     Ok(handle)
 }
 
-/// The answers of a method.
+/// Returns the answers of a method.
 async fn answers(prepared: Prepared) -> Result<Streaming<Bytes>, Status> {
     let Prepared { method, request, services } = prepared;
-    // Answers may be of any length, as over gRPC: a scene is.
+    // Answers may have any length, as over gRPC: a scene may be long.
     let mut services = Grpc::new(services).max_decoding_message_size(usize::MAX);
     let never = |error| Status::internal(format!("the services are not ready: {error}"));
     services.ready().await.map_err(never)?;
@@ -351,13 +356,13 @@ async fn answers(prepared: Prepared) -> Result<Streaming<Bytes>, Status> {
     Ok(services.streaming(request, path, RawCodec).await?.into_inner())
 }
 
-/// The one answer of a method, or the first.
+/// Returns the only or first answer of a method.
 async fn answer(prepared: Prepared) -> Result<Bytes, Status> {
     let first = answers(prepared).await?.message().await?;
     first.ok_or_else(|| Status::internal("the method gave no answer"))
 }
 
-/// All answers of a stream, each a notice.
+/// Sends all answers of a stream, each as a notice.
 async fn notify_of_all(
     prepared: Prepared,
     time_limit: Duration,
@@ -369,7 +374,7 @@ async fn notify_of_all(
         while let Some(answer) = answers.message().await? {
             notifier.notify(ticket, What::Answer(answer)).await;
         }
-        // How it ended is said as over Zenoh.
+        // Its end is reported as over Zenoh.
         Err(Status::ok("the stream ended"))
     };
     within(time_limit, all).await

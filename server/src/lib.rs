@@ -1,15 +1,16 @@
-//! The simd daemon: transports, configuration, the process. A call goes: front-end, `simd_api::service`,
-//! `simd_api::convert`, `simd_world::SimHandle`, mailbox, driver thread, and back. Modules import downwards only:
+//! The simd daemon: transports, configuration, the process. A call passes the front-end, `simd_api::service`,
+//! `simd_api::convert`, `simd_world::SimHandle`, the mailbox and the driver thread, and its answer returns
+//! the same way. Modules import downwards only:
 //!
 //! * [`embedded`]: a world within another program, without a socket.
-//! * [`daemon`]: all of it put together, from start to drain.
+//! * [`daemon`]: the whole daemon, from start to drain.
 //! * [`grpc`]: services over HTTP/2 and gRPC-Web, and the port.
-//! * [`http`], [`zenoh`], [`ros2`]: the page, Zenoh, a node on a graph of ROS 2. `absent` takes the place of the last two
+//! * [`http`], [`zenoh`], [`ros2`]: the page, Zenoh, a node on a ROS 2 graph. `absent` replaces the last two
 //!   in a build without their features.
 //! * [`replay`]: `simd replay`. [`zenoh_acl`]: `simd zenoh-acl`.
 //! * [`config`]: flags, variables and the configuration file.
 //! * [`authority`]: `simd tls`. [`log`]: lines on stderr, which block no caller.
-//! * `subcommand`: how subcommands read their arguments.
+//! * `subcommand`: parsing of subcommands' arguments.
 
 pub mod authority;
 pub mod config;

@@ -1,11 +1,11 @@
-//! The log: lines wait in a bounded buffer, and a thread of its own writes them to stderr.
+//! The log: lines wait in a bounded buffer, and a separate thread writes them to stderr.
 //!
-//! The reader of a log may be gone, its disk may be full, and a pipe or a stopped terminal takes
-//! nothing for as long as it likes. None of that may block, slow or fail the caller. So a line that
-//! finds no room, or that cannot be written, is counted and lost, and the count is written as soon as
-//! something can be written again.
+//! The reader of a log may be gone, or its disk full. A pipe or a stopped terminal may accept nothing for any
+//! time. None of that may block, slow or fail the caller. So a line that finds no room, or that cannot be
+//! written, is counted and lost. The count is written as soon as a write succeeds again.
 //!
-//! Where stderr is the journal's stream, each line begins with its priority, as `sd-daemon(3)` has it: the journal takes it off.
+//! If stderr is the journal's stream, each line begins with its priority, as in `sd-daemon(3)`: the journal
+//! removes it.
 
 #[cfg(test)]
 mod tests;
@@ -25,33 +25,33 @@ use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::time::{FormatTime as _, SystemTime};
 
-/// Bytes that may wait; as many again are with the thread that writes.
+/// Capacity of the buffer, bytes; as many again may be in the writing thread.
 const CAPACITY: usize = 1 << 20;
-/// For what must be said though the buffer is full: why the process ends, and panics.
+/// Additional capacity for messages that must not be lost: the reason for the process's end, and panics.
 const RESERVE: usize = 64 << 10;
-/// A buffer that grew beyond this is given back once it is empty.
+/// Size beyond which an empty buffer is freed, bytes.
 const KEPT: usize = 64 << 10;
-/// After this time a writer that is not ready is tried again.
+/// Time until the next attempt of a writer that was not ready.
 const RETRY: Duration = Duration::from_millis(20);
 
-/// How lines are written.
+/// Format of lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LogFormat {
-    /// For people.
+    /// Text for people.
     #[default]
     Text,
-    /// For programs: an object a line, with `timestamp`, `level`, `target` and `fields`.
+    /// JSON for programs: an object per line, with `timestamp`, `level`, `target` and `fields`.
     Json,
 }
 
-/// Where lines go. Cheap to clone; clones are the same log.
+/// The log. Clones are cheap, and the same log.
 #[derive(Clone, Debug)]
 pub struct Log(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
     state: Mutex<State>,
-    /// Something waits, or all of it was written.
+    /// Notifies of new lines, and of an empty buffer.
     changed: Condvar,
     is_json: AtomicBool,
     /// Whether the journal reads it.
@@ -62,22 +62,22 @@ struct Shared {
 struct State {
     waiting: Vec<u8>,
     is_writing: bool,
-    /// Lines since the start.
+    /// Number of lost lines since the start.
     lost: u64,
-    /// How many of those a line reported.
+    /// Number of lost lines that were reported.
     reported: u64,
 }
 
 impl Log {
-    /// A log that is written to stderr.
+    /// Makes a log that is written to stderr.
     ///
     /// # Errors
-    /// Returns an error if the system gives no thread.
+    /// Returns an error if the system refuses the thread.
     pub fn to_stderr() -> io::Result<Self> {
         Self::to(io::stderr(), stderr_is_journal())
     }
 
-    /// A log that is written there.
+    /// Makes a log that is written to `out`.
     fn to(out: impl Write + Send + 'static, is_journal: bool) -> io::Result<Self> {
         let log = Self(Arc::new(Shared {
             state: Mutex::default(),
@@ -90,12 +90,12 @@ impl Log {
         Ok(log)
     }
 
-    /// How lines are written from now on.
+    /// Sets the format of lines from now on.
     pub fn set_format(&self, format: LogFormat) {
         self.0.is_json.store(format == LogFormat::Json, Ordering::Relaxed);
     }
 
-    /// Adds a line, or several, that must be seen: there is room for it where others find none.
+    /// Adds one or several lines that must not be lost: they have a reserve of room.
     pub fn say(&self, text: &str) {
         let line = match self.0.is_json.load(Ordering::Relaxed) {
             true => json("ERROR", text),
@@ -104,7 +104,7 @@ impl Log {
         self.0.push(&self.0.prefixed(Level::ERROR, line.as_bytes().into()), CAPACITY + RESERVE);
     }
 
-    /// Waits until all is written, but no longer than this; whether it is.
+    /// Waits until all is written, at most for this time; returns whether it is.
     pub fn flush(&self, within: Duration) -> bool {
         let state = self.0.lock();
         let is_open = |state: &mut State| state.is_writing || !state.waiting.is_empty();
@@ -112,7 +112,7 @@ impl Log {
         !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
-    /// From here on a panic is a line of this log. The default hook waits for stderr.
+    /// Logs panics from here on. The default hook waits for stderr.
     pub fn take_panics(&self) {
         let log = self.clone();
         std::panic::set_hook(Box::new(move |panic| {
@@ -122,8 +122,8 @@ impl Log {
     }
 }
 
-/// Whether stderr is the stream that systemd made for the journal. `JOURNAL_STREAM` alone does not say so: a program that
-/// redirects the stderr of the one that it starts leaves the variable as it is.
+/// Returns whether stderr is the stream that systemd made for the journal. `JOURNAL_STREAM` alone is not
+/// enough: a program that redirects the stderr of its child leaves the variable unchanged.
 #[cfg(unix)]
 fn stderr_is_journal() -> bool {
     use std::fs::File;
@@ -140,7 +140,7 @@ fn stderr_is_journal() -> bool {
     false
 }
 
-/// What syslog calls the priority of a line, as it stands before the line.
+/// Returns the priority of a line in syslog's form, which precedes the line.
 fn priority(level: Level) -> &'static [u8] {
     match level {
         Level::ERROR => b"<3>",
@@ -150,8 +150,8 @@ fn priority(level: Level) -> &'static [u8] {
     }
 }
 
-/// What a panic said, and where. A hook that panics aborts the process, so nothing here can: it takes
-/// no lock but the buffer's, and asks `tracing` nothing.
+/// Returns the message and the location of a panic. A hook that panics aborts the process, so nothing here
+/// can: it takes only the buffer's lock, and does not call `tracing`.
 fn sentence(panic: &PanicHookInfo<'_>) -> String {
     let thread = std::thread::current();
     let mut text = String::new();
@@ -161,7 +161,7 @@ fn sentence(panic: &PanicHookInfo<'_>) -> String {
         let _ = write!(text, " at {location}");
     }
     let _ = write!(text, ": {what}");
-    // Where RUST_BACKTRACE asks for it.
+    // If RUST_BACKTRACE requests it.
     let trace = Backtrace::capture();
     if trace.status() == BacktraceStatus::Captured {
         let _ = write!(text, "\n{trace}");
@@ -169,7 +169,7 @@ fn sentence(panic: &PanicHookInfo<'_>) -> String {
     text
 }
 
-/// A line of a program's log, as the others have it.
+/// Returns a line of a log for programs, in the form of the others.
 fn json(level: &str, message: &str) -> String {
     let mut timestamp = String::new();
     let _ = SystemTime.format_time(&mut Writer::new(&mut timestamp));
@@ -180,7 +180,7 @@ fn json(level: &str, message: &str) -> String {
     format!("{line}\n")
 }
 
-/// The beginning of a line, as the others have it.
+/// Returns the beginning of a line, in the form of the others.
 fn stamp(level: &str) -> String {
     let mut text = String::new();
     let _ = SystemTime.format_time(&mut Writer::new(&mut text));
@@ -189,13 +189,13 @@ fn stamp(level: &str) -> String {
 }
 
 impl Shared {
-    /// Nothing that is done under this lock waits for anything.
+    /// Locks the state. No code waits under this lock.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lines with their priority before them, where the journal reads them. A line break within a message begins another line of
-    /// the journal, which has to say its own: so no message says of itself how much it matters.
+    /// Adds the priority to lines if the journal reads them. A line break within a message begins another
+    /// line of the journal, which needs its own priority: so no message can set its priority itself.
     fn prefixed<'t>(&self, level: Level, text: Cow<'t, [u8]>) -> Cow<'t, [u8]> {
         if !self.is_journal {
             return text;
@@ -209,7 +209,7 @@ impl Shared {
         Cow::Owned(prefixed)
     }
 
-    /// A line about lines that were lost and not reported.
+    /// Returns a line about lost lines that were not reported.
     fn notice(&self, state: &State) -> Option<Vec<u8>> {
         let lost = state.lost;
         (lost != state.reported).then(|| {
@@ -238,7 +238,7 @@ impl Shared {
         self.changed.notify_all();
     }
 
-    /// The thread that writes, for as long as the process lives.
+    /// Runs the writing thread, for as long as the process lives.
     fn write_to(&self, mut out: impl Write) {
         let mut chunk = Vec::new();
         let (mut is_line_open, mut is_well) = (false, true);
@@ -258,8 +258,8 @@ impl Shared {
         }
     }
 
-    /// Waits for the next bytes. Where what came before was written, the loss of lines is reported
-    /// without waiting for another line.
+    /// Waits for the next bytes. If the previous ones were written, the loss of lines is reported without
+    /// waiting for another line.
     fn next_chunk(&self, chunk: &mut Vec<u8>, is_well: bool) {
         chunk.clear();
         let mut state = self.lock();
@@ -281,7 +281,7 @@ impl Shared {
     }
 }
 
-/// Writes until it is done or fails; what was not written.
+/// Writes until it is done or fails; returns the unwritten bytes.
 fn write_all<'a>(out: &mut impl Write, mut bytes: &'a [u8]) -> &'a [u8] {
     while !bytes.is_empty() {
         match out.write(bytes) {
@@ -299,8 +299,8 @@ fn lines(text: &[u8]) -> u64 {
     text.iter().filter(|&&byte| byte == b'\n').count() as u64
 }
 
-/// Without what a terminal would obey or hide: untrusted names are in the log. Colours are begun by an
-/// escape, and `tracing-subscriber` lets none of a message through.
+/// Removes characters that a terminal would obey or hide: the log contains untrusted names. Colours begin
+/// with an escape, and `tracing-subscriber` removes escapes from messages.
 fn shown(line: &[u8]) -> Cow<'_, [u8]> {
     let may_stay = |c: char| matches!(c, '\n' | '\t' | '\x1b') || text::is_printable(c);
     if line.iter().all(|&byte| byte.is_ascii() && may_stay(char::from(byte))) {
@@ -309,7 +309,7 @@ fn shown(line: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text::escaped(&String::from_utf8_lossy(line), may_stay).into_owned().into_bytes())
 }
 
-/// One event, as `tracing-subscriber` writes it: whole, and never refused.
+/// One event, as `tracing-subscriber` writes it: complete, and never refused.
 #[derive(Debug)]
 pub struct Line<'a> {
     shared: &'a Shared,
@@ -318,7 +318,7 @@ pub struct Line<'a> {
 
 impl Write for Line<'_> {
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
-        // JSON is for programs, and has escapes of its own.
+        // JSON is for programs, and has its own escapes.
         let is_json = self.shared.is_json.load(Ordering::Relaxed);
         let shown = if is_json { Cow::Borrowed(text) } else { shown(text) };
         self.shared.push(&self.shared.prefixed(self.level, shown), CAPACITY);

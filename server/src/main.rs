@@ -1,12 +1,12 @@
 //! The `simd` process: configuration, logging, exit code. Exit codes:
 //!
 //! * 0: drained after SIGTERM or SIGINT.
-//! * 1: anything else, such as a fault of the physics thread or a second signal.
+//! * 1: any other error, such as a fault of the physics thread or a second signal.
 //! * 2: a mistake in the flags or the environment.
 //! * 3: a mistake in the configuration file.
-//! * 4: the address cannot be listened on.
+//! * 4: the daemon cannot listen on the address.
 //! * 5: a robot cannot be loaded at the start.
-//! * 6: a daemon of the same name is on the Zenoh network.
+//! * 6: a daemon with the same name is on the Zenoh network.
 
 use std::io::{IsTerminal as _, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -25,25 +25,25 @@ use tracing_subscriber::EnvFilter;
 #[cfg(not(feature = "jemalloc"))]
 use std::alloc::System as Allocator;
 
-/// Counts the bytes that are allocated, since growth shows there hours before it shows in the memory of the process. The
-/// allocator of packages has an arena for each processor: in glibc's, the physics thread waits for the thread that holds
-/// the lock of its arena.
+/// Counts the allocated bytes, since growth shows there hours before it shows in the memory of the process.
+/// Packages use an allocator with an arena for each processor. With glibc's, the physics thread waits for the
+/// thread that holds the lock of its arena.
 #[global_allocator]
 static HEAP: Cap<Allocator> = Cap::new(Allocator, usize::MAX);
 
-/// Threads for what blocks: files of tokens and autosaves, and what Zenoh sends in place. What computes has threads of its
-/// own: see `blocking_threads`.
+/// Maximum number of threads for blocking work: files of tokens and autosaves, and Zenoh's sends in place.
+/// Computations have their own threads: see `blocking_threads`.
 const BLOCKING_THREADS: usize = 16;
-/// What is left after a drain (a mesh that is being parsed) may take so long.
+/// Longest wait after a drain for remaining work, for instance a mesh that is being parsed.
 const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(100);
-/// The last lines of the log may take so long, and are lost where they are not read.
+/// Longest wait for the last lines of the log, which are lost if they are not read.
 const LAST_WORDS: Duration = Duration::from_millis(200);
 
 fn main() -> ExitCode {
     process::count_heap_by(|| HEAP.allocated());
     let log = match Log::to_stderr() {
         Ok(log) => log,
-        // There is no thread to say so.
+        // There is no thread to report it.
         Err(_) => return ExitCode::FAILURE,
     };
     log.take_panics();
@@ -87,11 +87,11 @@ fn run(log: &Log) -> ExitCode {
         Ok(config) => config,
         Err(error) => return refuse(log, &error),
     };
-    // Zenoh logs what operators need not read; who wants it says so with --log zenoh=info.
+    // Zenoh logs details that operators need not read; --log zenoh=info shows them.
     let filter = EnvFilter::try_new(format!("zenoh=off,{}", config.log)).unwrap_or_default();
     let colors =
         std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty());
-    // Its own errors would go to stderr past the log, which may block and panics.
+    // Its own errors would bypass the log to stderr, which may block and panics.
     let lines = tracing_subscriber::fmt().with_writer(log.clone()).log_internal_errors(false);
     log.set_format(config.log_format);
     match config.log_format {
@@ -115,7 +115,7 @@ fn run(log: &Log) -> ExitCode {
     }
 }
 
-/// Does what `simd config` asks for.
+/// Executes the request of `simd config`.
 fn answer(log: &Log, asked: config::Asked) -> ExitCode {
     let text = match asked {
         config::Asked::Text(text) => text,
@@ -128,7 +128,7 @@ fn answer(log: &Log, asked: config::Asked) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Says what is wrong with the configuration, or what was asked for in place of a daemon.
+/// Reports a mistake in the configuration, or prints the text that was requested instead of a daemon.
 fn refuse(log: &Log, error: &ConfigError) -> ExitCode {
     match error {
         ConfigError::HelpOrVersion(text) => {
@@ -140,7 +140,7 @@ fn refuse(log: &Log, error: &ConfigError) -> ExitCode {
     }
 }
 
-/// One sentence on stderr.
+/// Prints one sentence on stderr.
 fn complain(log: &Log, error: &dyn std::error::Error, code: u8) -> ExitCode {
     log.say(&format!("simd: {error}"));
     ExitCode::from(code)

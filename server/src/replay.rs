@@ -1,4 +1,4 @@
-//! `simd replay`: whether a recording comes to the same again, without a daemon and as fast as it goes.
+//! `simd replay`: checks whether a recording repeats exactly, without a daemon and as fast as possible.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -20,7 +20,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Runs what was recorded again, without a daemon and as fast as it goes, and says whether each step is equal to the bit
+    /// Runs what was recorded again, without a daemon and as fast as it goes, and says whether each step is
+    /// equal to the bit
     ///
     /// Exit codes: 0 equal, 1 not equal or damaged, 2 no recording or a mistake in the flags.
     Replay(Replay),
@@ -34,9 +35,9 @@ struct Replay {
     /// Begins with the last recorded world that is not after this simulated time, in seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     from: Option<f64>,
-    /// Runs it a second time beside with this changed, and says how joints differ: time_step, substeps, gravity, integrator,
-    /// surface_combination, or
-    /// ROBOT/JOINT. and stiffness, gain_damping, damping, friction, armature or gravity_compensation
+    /// Runs it a second time beside with this changed, and says how joints differ: time_step, substeps,
+    /// gravity, integrator, surface_combination, or ROBOT/JOINT. and stiffness, gain_damping, damping,
+    /// friction, armature or gravity_compensation
     #[arg(long = "set", value_name = "KEY=VALUE")]
     changes: Vec<String>,
     /// Writes what joints do in both runs as a table with commas, a row every 10 ms
@@ -48,7 +49,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|seconds: &f64| seconds.is_finite()).ok_or("must be a number of seconds".into())
 }
 
-/// Does what the arguments ask for, where they ask for this: what to print, and the exit code.
+/// Runs the arguments if they begin with `replay`; returns the text to print and the exit code.
 pub fn run(arguments: &[OsString]) -> Option<Result<(String, u8), String>> {
     let Command::Replay(replay) = match subcommand::read::<Arguments>("replay", arguments)? {
         Ok(arguments) => arguments.command,
@@ -78,7 +79,7 @@ fn replay_all(replay: &Replay) -> Result<(String, u8), String> {
     Ok((text, code))
 }
 
-/// What the second run is to have changed, and where its table goes.
+/// Returns the changes of the second run, and the destination of its table.
 fn variation(replay: &Replay) -> Result<Variation, String> {
     let mut changes = Changes::default();
     replay.changes.iter().try_for_each(|text| changes.add(text))?;
@@ -96,7 +97,7 @@ fn variation(replay: &Replay) -> Result<Variation, String> {
     Ok(Variation { changes, table })
 }
 
-/// How the second run compares, a line for each joint.
+/// Returns the comparison of the second run, a line for each joint.
 fn beside(comparison: &Comparison) -> String {
     let Comparison { changes, rows, refused } = comparison;
     let mut text = format!("with {}, beside it, in rad or m:\n", changes.join(", "));
@@ -127,7 +128,7 @@ fn beside(comparison: &Comparison) -> String {
     text
 }
 
-/// What it came to.
+/// Returns a sentence with the result.
 fn sentence(replayed: &Replayed) -> String {
     let Replayed { from, steps, commands, worlds, difference, ends_early, damaged, release, .. } = replayed;
     let counts = format!("{steps} steps, {commands} commands, {worlds} worlds from {from} s on");

@@ -1,16 +1,17 @@
-//! A node on a graph of ROS 2 whose middleware is `rmw_zenoh`: to other nodes simd is a driver like any. No ROS is needed.
+//! A node on a ROS 2 graph with the middleware `rmw_zenoh`: other nodes see simd as a normal driver. It needs
+//! no ROS.
 //!
 //! * Here: from the start to the drain.
-//! * `calls`: queries that are answered at one time.
-//! * `connection`: a session of Zenoh to the graph's router, which comes and goes as it likes.
-//! * `endpoints`: publishers, subscriptions and servers as `rmw_zenoh` has them.
-//! * `robots`: which robot has which topics and frames, and the messages of a state. `sensors`: the same of sensors, `cameras`: of
-//!   their pictures.
-//! * `publications`: what is published.
-//! * `commands`: what is subscribed to.
+//! * `calls`: limit of simultaneous queries.
+//! * `connection`: a Zenoh session to the graph's router, which may disappear and return.
+//! * `endpoints`: publishers, subscriptions and servers in the form of `rmw_zenoh`.
+//! * `robots`: topics and frames of robots, and the messages of a state. `sensors`: those of sensors,
+//!   `cameras`: those of cameras.
+//! * `publications`: the published messages.
+//! * `commands`: the subscriptions.
 //! * `services`: `simulation_interfaces`. `actions`: `FollowJointTrajectory`.
 //!
-//! Everything here reads published states and sends commands like any client: nothing waits for it but its own tasks.
+//! It reads published states and sends commands like any client: only its own tasks wait for it.
 
 mod actions;
 mod calls;
@@ -36,25 +37,25 @@ use self::endpoints::Graph;
 use crate::config::Ros2;
 use simd_world::SimHandle;
 
-/// The node leaves the graph within this time of a drain, or is left behind.
+/// Longest wait for the node to leave the graph after a drain; then it is left behind.
 const CLOSE: Duration = Duration::from_millis(500);
 
-/// The node while it is served.
+/// The running node.
 #[derive(Debug)]
 pub struct Serving {
     ended: CancellationToken,
     node: JoinHandle<()>,
 }
 
-/// Queries that are worked on at one time.
+/// Maximum number of queries in progress.
 const CALLS: usize = 32;
-/// Queries that wait for the end of a goal: each goal of each robot has room for one.
+/// Maximum number of queries that wait for the end of a goal: each goal of each robot has room for one.
 const WAITING_CALLS: usize = robots::MAX_ROBOTS * actions::GOALS;
 
-/// Joins the graph, now or as soon as its router is there.
+/// Joins the graph, now or as soon as its router answers.
 ///
 /// # Errors
-/// Returns an error if the system gives no threads.
+/// Returns an error if the system refuses threads.
 pub fn start(settings: Ros2, handle: &SimHandle) -> std::io::Result<Serving> {
     let calls = [Calls::new(CALLS)?, Calls::new(WAITING_CALLS)?];
     let ended = CancellationToken::new();

@@ -1,10 +1,11 @@
-//! Words after `simd` that make it do something else than run a daemon.
+//! Subcommands of `simd`, which replace the daemon.
 
 use std::ffi::OsString;
 
 use clap::Parser;
 
-/// What the arguments ask for where they begin with this word; or, for help and mistakes, what to print.
+/// Parses the arguments if they begin with this word. The error is a text to print: `Ok` for help, `Err` for a
+/// mistake.
 pub(crate) fn read<A: Parser>(
     word: &str,
     arguments: &[OsString],

@@ -1,7 +1,8 @@
-//! `simd zenoh-acl`: what a Zenoh router needs to hold each session to its part, by the names in certificates.
+//! `simd zenoh-acl`: access control for a Zenoh router that limits each session by the name in its
+//! certificate.
 //!
-//! Publications bypass calls, so that the daemon alone cannot keep a viewer from publishing what others take for the
-//! daemon's: a router can.
+//! Publications bypass calls. So the daemon alone cannot keep a viewer from publishing messages that look
+//! like the daemon's, but a router can.
 
 use std::ffi::OsString;
 
@@ -16,7 +17,7 @@ use simd_world::access::role_of;
 /// Keys of liveliness tokens.
 const DAEMONS: &str = "@simd/daemons/*/*";
 const CLIENTS: &str = "@simd/clients/*/*";
-/// What daemons publish.
+/// Keys that daemons publish.
 const PUBLISHED: [&str; 7] = [
     "simd/*/joint_states/*",
     "simd/*/link_poses/*",
@@ -37,7 +38,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Prints the access control of a Zenoh router: which session may do what, by the common name of its certificate
+    /// Prints the access control of a Zenoh router: which session may do what, by the common name of its
+    /// certificate
     ZenohAcl(Names),
 }
 
@@ -55,10 +57,10 @@ struct Names {
     viewer: Vec<String>,
 }
 
-/// Does what the arguments ask for, where they ask for this; the result is what to print.
+/// Runs the arguments if they begin with `zenoh-acl`; returns the text to print.
 ///
 /// # Errors
-/// Help and usage as clap has them; a text.
+/// Returns clap's text about wrong usage.
 pub fn run(arguments: &[OsString]) -> Option<Result<String, String>> {
     let Command::ZenohAcl(names) = match subcommand::read::<Arguments>("zenoh-acl", arguments)? {
         Ok(arguments) => arguments.command,
@@ -67,12 +69,12 @@ pub fn run(arguments: &[OsString]) -> Option<Result<String, String>> {
     Some(Ok(format!("{:#}\n", access_control(&names))))
 }
 
-/// A rule: its id, in which direction, which messages, on which keys.
+/// Returns a rule: its id, directions, messages and keys.
 fn rule(id: &str, flows: &[&str], messages: &[&str], keys: &[&str]) -> Value {
     json!({ "id": id, "permission": "allow", "flows": flows, "messages": messages, "key_exprs": keys })
 }
 
-/// The part of a router's configuration.
+/// Returns the access control part of a router's configuration.
 fn access_control(names: &Names) -> Value {
     let says = ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
     let hears = ["put", "reply", "declare_subscriber", "declare_queryable", "liveliness_token"];
@@ -121,7 +123,7 @@ fn access_control(names: &Names) -> Value {
     json!({ "access_control": control })
 }
 
-/// The keys of the calls that a viewer may make.
+/// Returns the keys of the calls that a viewer may make.
 fn viewers_calls() -> Vec<String> {
     let calls = methods::all().filter(|(service, name, _)| role_of(service, name) == Role::Viewer);
     calls.map(|(service, name, _)| format!("simd/*/rpc/{service}/{name}")).collect()

@@ -1,4 +1,4 @@
-//! Takes the place of the node of ROS 2 in a build without the feature `ros2`.
+//! Replaces the ROS 2 node in a build without the feature `ros2`.
 
 use std::io;
 
@@ -6,14 +6,14 @@ use simd_world::SimHandle;
 
 use crate::config::{NO_ROS2, Ros2};
 
-/// The node while it is served, which it never is.
+/// The running node, which never exists.
 #[derive(Debug)]
 pub enum Serving {}
 
 /// Refuses to join a graph.
 ///
 /// # Errors
-/// Returns that this build has no ROS 2.
+/// Always returns that this build has no ROS 2.
 pub fn start(_settings: Ros2, _handle: &SimHandle) -> io::Result<Serving> {
     Err(io::Error::other(NO_ROS2))
 }

@@ -1,10 +1,10 @@
-//! Takes the place of the Zenoh front-end in a build without the feature `zenoh`.
+//! Replaces the Zenoh front-end in a build without the feature `zenoh`.
 
 use simd_world::SimHandle;
 
 use crate::config;
 
-/// This build has no Zenoh.
+/// Error: this build has no Zenoh.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", config::NO_ZENOH)]
 pub struct Error;
@@ -16,22 +16,22 @@ impl Error {
     }
 }
 
-/// A session, of which there is none.
+/// A session, which never exists.
 #[derive(Debug)]
 pub enum Opened {}
 
-/// The front-end while it serves, which it never does.
+/// The running front-end, which never exists.
 #[derive(Debug)]
 pub enum Serving {}
 
-/// The number of replies, of which there are none.
+/// Numbers of replies, which never exist.
 #[derive(Clone, Copy, Debug)]
 pub enum Replies {}
 
 /// Refuses to open a session.
 ///
 /// # Errors
-/// Returns that this build has no Zenoh.
+/// Always returns that this build has no Zenoh.
 pub async fn open(_settings: &config::Zenoh, _name: &str) -> Result<Opened, Error> {
     Err(Error)
 }

@@ -1,4 +1,4 @@
-//! `simd config`: the configuration, without a daemon.
+//! `simd config`: shows or checks the configuration without a daemon.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -7,19 +7,19 @@ use clap::{Arg, Command, value_parser};
 
 use super::{Config, ConfigError, flags, text};
 
-/// What `simd config` asks for.
+/// Request of `simd config`.
 #[derive(Debug)]
 pub enum Asked {
-    /// This is printed.
+    /// Text to print.
     Text(String),
-    /// What the file of this name says is to be looked at: whether a daemon could be started with it.
+    /// File to check: whether a daemon could start with it.
     Check(PathBuf, Box<Config>),
 }
 
-/// Does what the arguments ask for, where they ask for the configuration; the result is what that is.
+/// Reads the arguments if they begin with `config`; returns their request.
 ///
 /// # Errors
-/// Help, usage, and the first mistake of a file.
+/// Returns help, usage, or the first mistake of a file.
 pub fn run(
     arguments: &[OsString],
     variables: impl IntoIterator<Item = (OsString, OsString)>,

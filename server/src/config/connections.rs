@@ -1,36 +1,39 @@
-//! What connections of gRPC and HTTP are held to. The page, gRPC-Web and gRPC share one port.
+//! Limits of gRPC and HTTP connections. The page, gRPC-Web and gRPC share one port.
 
 use std::time::Duration;
 
-/// Limits of connections. A peer is an IPv4 address or an IPv6 network of 64 bits. The loopback address (127.0.0.1
-/// and ::1) is no peer in this sense: it may have all of them.
+/// Limits of connections. A peer is an IPv4 address or an IPv6 network of 64 bits. The loopback addresses
+/// (127.0.0.1 and ::1) are not peers in this sense: they may have all connections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Connections {
-    /// At one time. The default is well below the 1024 files that a process may usually open.
+    /// Maximum number of connections. The default is well below the 1024 files that a process may usually
+    /// open.
     pub max: usize,
-    /// Of one peer.
+    /// Maximum number of one peer's connections.
     pub max_per_peer: usize,
-    /// That only the loopback address may have.
+    /// Number of connections reserved for the loopback addresses.
     pub loopback_reserve: usize,
-    /// Of HTTP/1.1, which are among the others. A peer's share of them, and what is kept for the loopback address,
-    /// are in proportion. Browsers keep theirs, six each, and must not keep programs out.
+    /// Maximum number of HTTP/1.1 connections, which are among the others. A peer's share of them, and the
+    /// reserve for the loopback addresses, are in proportion. Browsers keep theirs open, six each, and must
+    /// not keep programs out.
     pub max_http1: usize,
-    /// How long a connection may take to say which HTTP it speaks.
+    /// Maximum time for a connection to show its HTTP version.
     pub begin: Duration,
-    /// How long a connection may be idle: it has no call, or waits for its client to send the rest of a request or to
-    /// read an answer. Keepalive is no call.
+    /// Maximum idle time of a connection. It is idle without a call, or while it waits for its client to send
+    /// the rest of a request or to read an answer. Keepalive does not count as a call.
     pub idle: Duration,
-    /// How long nothing may go over a connection of HTTP/1.1 in either direction, also where a call waits.
+    /// Maximum time without bytes in either direction on an HTTP/1.1 connection, even while a call waits.
     pub http1_silence: Duration,
-    /// How long the body of a request may take to arrive, beside what [`Self::body_bytes_per_second`] allows.
+    /// Maximum time for the body of a request to arrive, beside the time earned by
+    /// [`Self::body_bytes_per_second`].
     pub body: Duration,
-    /// What arrived earns time at this rate.
+    /// Rate at which arrived bytes earn time, bytes per second.
     pub body_bytes_per_second: u64,
-    /// How long a client may send nothing into a stream of requests that it keeps open.
+    /// Maximum silence of a client in an open stream of requests.
     pub stream_silence: Duration,
-    /// Calls of one connection that may be at work; more wait.
+    /// Maximum number of one connection's calls in progress; more wait.
     pub calls: usize,
-    /// Calls of one connection that may be open, those that wait included; clients keep more to themselves.
+    /// Maximum number of one connection's open calls, including waiting ones; clients queue more.
     pub open_calls: u32,
 }
 
@@ -54,7 +57,7 @@ impl Default for Connections {
 }
 
 impl Connections {
-    /// What they must be together; each one's own range is in the table of keys.
+    /// Checks the limits together; each one's own range is in the table of keys.
     pub(super) fn check(&self) -> Result<(), String> {
         let at_most = |name: &str, value: usize, most: usize| {
             if value <= most {

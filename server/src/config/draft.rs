@@ -1,4 +1,4 @@
-//! A configuration while it is read: layers of values, each over the last, and what they must be together.
+//! A configuration while it is read: layers of values, each over the previous one, and checks across values.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -7,14 +7,14 @@ use std::time::Duration;
 use super::key::{Key, Value};
 use super::{Autosave, Config, ConfigError, TlsFiles};
 
-/// Who said a value. A later one beats an earlier one.
+/// Source of a value. A later variant overrides an earlier one.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Origin {
-    /// The configuration file, in this line.
+    /// Line of the configuration file.
     File(PathBuf, usize),
-    /// A variable of the environment.
+    /// Environment variable.
     Variable(String),
-    /// The command line.
+    /// Flag of the command line.
     Flag(String),
 }
 
@@ -29,7 +29,7 @@ impl std::fmt::Display for Origin {
 }
 
 impl Origin {
-    /// A mistake in what it said.
+    /// Returns the error for a mistake in this source.
     pub(super) fn mistake(&self, sentence: &str) -> ConfigError {
         match self {
             Self::File(..) => ConfigError::File(format!("{self}: {sentence}")),
@@ -49,7 +49,7 @@ pub(super) struct Draft {
     pub(super) certificate: Option<PathBuf>,
     pub(super) key: Option<PathBuf>,
     pub(super) client_authorities: Option<PathBuf>,
-    /// Where relative paths of the layer that is read begin.
+    /// Base folder of relative paths in the present layer.
     pub(super) folder: PathBuf,
     origins: BTreeMap<&'static str, Origin>,
 }
@@ -74,19 +74,19 @@ impl Default for Draft {
 }
 
 impl Draft {
-    /// Puts a value over what was there.
+    /// Sets a value, over an earlier one.
     pub(super) fn set(&mut self, key: &Key, value: Value, origin: Origin) -> Result<(), ConfigError> {
         key.set(self, value).map_err(|sentence| origin.mistake(&sentence))?;
         self.origins.insert(key.path, origin);
         Ok(())
     }
 
-    /// Where the value of a key comes from. `None`: it is the default.
+    /// Returns the source of a key's value; `None` for the default.
     pub(super) fn origin(&self, path: &str) -> Option<&Origin> {
         self.origins.get(path)
     }
 
-    /// Once all layers are read: defaults that follow from other values, and what values must be together.
+    /// Finishes the draft: sets defaults that follow from other values, and checks values together.
     pub(super) fn finish(mut self) -> Result<Self, ConfigError> {
         self.settle_shares();
         let (every, restore) = (self.autosave_every, self.autosave_restore);
@@ -109,7 +109,8 @@ impl Draft {
         Ok(self)
     }
 
-    /// A mistake in what some keys are together: reported for the source that set one last, or for the flags where none did.
+    /// Returns the error for a mistake in some keys together. It names the source that set one of them last,
+    /// or the flags if none did.
     fn mistake(&self, paths: &[&str], sentence: &str) -> ConfigError {
         match paths.iter().filter_map(|path| self.origin(path)).max() {
             Some(origin) => origin.mistake(sentence),
@@ -117,7 +118,7 @@ impl Draft {
         }
     }
 
-    /// Limits that follow from others where they are not set.
+    /// Sets limits that follow from others, unless they are given.
     fn settle_shares(&mut self) {
         let is_said = |path: &str| self.origins.contains_key(path);
         let connections = &mut self.config.connections;
@@ -131,7 +132,7 @@ impl Draft {
             connections.max_http1 = connections.max_http1.min(connections.max);
         }
         let limits = &mut self.config.limits;
-        // What a client may send is at most what can be read.
+        // A client may send at most as much as can be read.
         limits.description_bytes = limits.description_bytes.min(limits.reading.urdf_bytes as u64);
         limits.asset_bytes = limits.asset_bytes.min(limits.reading.mesh_bytes as u64);
         limits.links = u32::try_from(limits.reading.links).unwrap_or(u32::MAX);

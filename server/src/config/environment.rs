@@ -1,4 +1,4 @@
-//! Variables of the environment: `SIMD_` and a key's path, in capitals, with `_` for the dot.
+//! Environment variables: `SIMD_` and a key's path, in capitals, with `_` for the dot.
 
 use std::ffi::OsString;
 
@@ -6,11 +6,11 @@ use super::ConfigError;
 use super::draft::{Draft, Origin};
 use super::keys::{KEYS, TABLES};
 
-/// Variables of clients that begin like ours.
+/// Variables of clients with a prefix of the daemon's tables.
 const OF_CLIENTS: [&str; 3] = ["SIMD_TLS_CA", "SIMD_TLS_CLIENT_CERT", "SIMD_TLS_CLIENT_KEY"];
 
-/// Puts what the variables say over the draft. Variables of clients, such as `SIMD_TOKEN`, are none of ours; one that
-/// begins like those of a table and is none of its keys is a mistake.
+/// Applies the variables to the draft. Variables of clients, such as `SIMD_TOKEN`, are ignored. A variable
+/// with the prefix of a table that is not one of its keys is a mistake.
 pub(super) fn apply(
     draft: &mut Draft,
     variables: impl IntoIterator<Item = (OsString, OsString)>,

@@ -1,4 +1,4 @@
-//! The configuration file: TOML, and a key that is not known is a mistake.
+//! The configuration file: TOML; an unknown key is a mistake.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use super::key::Value;
 use super::keys::{self, KEYS, TABLES};
 use super::{ConfigError, Robot};
 
-/// The part of a file that is no table of keys.
+/// The part of a file that is not in the table of keys.
 #[derive(Debug, Deserialize)]
 struct Robots {
     #[serde(default)]
@@ -42,7 +42,7 @@ struct RobotTable {
     strict: bool,
 }
 
-/// A robot in a file, as an example.
+/// Example of a robot in a file.
 pub(super) const ROBOT: &str = r#"[[robots]]
 path = "/srv/robots/arm"        # required: a .urdf, or a package's folder
 name = "arm"
@@ -55,7 +55,7 @@ scale = 1.0
 strict = false                  # refuse the robot where its report has a warning
 "#;
 
-/// Keys of a table, as they are called in it; those above all tables for an empty name.
+/// Returns the keys of a table, by their names in it; for an empty name, the keys above all tables.
 pub(super) fn names(table: &str) -> Vec<&'static str> {
     KEYS.iter()
         .map(super::key::Key::table_and_name)
@@ -64,7 +64,7 @@ pub(super) fn names(table: &str) -> Vec<&'static str> {
         .collect()
 }
 
-/// Reads a file and puts what it says over the draft. Relative paths begin at its folder.
+/// Reads a file and applies it to the draft. Relative paths begin at its folder.
 pub(super) fn apply(draft: &mut Draft, path: &Path) -> Result<(), ConfigError> {
     let mistake = |sentence: String| ConfigError::File(format!("{}: {sentence}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| mistake(format!("cannot be read: {error}")))?;
@@ -88,7 +88,8 @@ pub(super) fn apply(draft: &mut Draft, path: &Path) -> Result<(), ConfigError> {
 
 type Said = BTreeMap<String, (Value, usize)>;
 
-/// What a table says, and in which lines. The error is the rest of a sentence that begins with the file's name.
+/// Reads the values of a table and their lines. The error is the rest of a sentence that begins with the
+/// file's name.
 fn read_table(table: &str, entries: &DeTable<'_>, text: &str, said: &mut Said) -> Result<(), String> {
     for (name, entry) in entries {
         let line = line_of(text, name.span().start);
@@ -137,7 +138,7 @@ fn line_of(text: &str, at: usize) -> usize {
     text.get(..at).unwrap_or(text).matches('\n').count() + 1
 }
 
-/// Line, key, and what is wrong with it.
+/// Returns the line, the key, and the mistake.
 fn sentence(text: &str, error: &toml::de::Error) -> String {
     let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
     // Serde names Rust's types, which mean nothing to an operator.
@@ -158,7 +159,7 @@ impl RobotTable {
             let path = self.path.display();
             return Err(format!("robot {path}: {number} in xyz, rpy, positions or scale; it must be finite"));
         }
-        // URDF's rpy: about the fixed axes x, then y, then z.
+        // The rpy of URDF: rotations about the fixed axes x, then y, then z.
         let [roll, pitch, yaw] = self.rpy;
         let rotation = DQuat::from_euler(EulerRot::ZYX, yaw, pitch, roll);
         Ok(Robot {

@@ -1,4 +1,4 @@
-//! The command line: a flag for the keys that have one, `--set` for each key, and what is no key.
+//! The command line: flags of the keys that have one, `--set` for each key, and the other flags.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -32,13 +32,13 @@ Exit codes:
   5  a robot cannot be loaded at the start
   6  a daemon of the same name is on the Zenoh network";
 
-/// What the command line says.
+/// Parsed command line.
 #[derive(Debug)]
 pub(super) struct Flags {
     matches: ArgMatches,
 }
 
-/// The flags, under the name of a command.
+/// Returns the flags of a command with this name.
 pub(super) fn command(name: &'static str) -> Command {
     let arguments = KEYS.iter().filter_map(|key| key.flag.map(|flag| argument(key, flag)));
     Command::new(name)
@@ -80,10 +80,10 @@ pub(super) fn command(name: &'static str) -> Command {
         )
 }
 
-/// The manual page of section 1, as roff.
+/// Returns the manual page of section 1, as roff.
 fn manual() -> String {
     let mut page = Vec::new();
-    // Memory takes all of it.
+    // Writing to memory does not fail.
     let _ = clap_mangen::Man::new(command("simd")).render(&mut page);
     String::from_utf8_lossy(&page).into_owned()
 }
@@ -116,7 +116,8 @@ fn argument(key: &'static Key, flag: &'static str) -> Arg {
         .help(help)
 }
 
-/// A value may begin with a minus, as `-1,0,0` does. What begins with two is the next flag.
+/// Accepts a value, which may begin with a minus, as `-1,0,0` does. A text that begins with two is the next
+/// flag.
 fn value(text: &str) -> Result<String, String> {
     if text.starts_with("--") {
         return Err("it is a flag, and the value is missing".to_owned());
@@ -141,12 +142,12 @@ impl Flags {
         }
     }
 
-    /// The configuration file.
+    /// Returns the path of the configuration file.
     pub(super) fn file(&self) -> Option<&PathBuf> {
         self.matches.get_one("config")
     }
 
-    /// Puts what was said over the draft.
+    /// Applies the flags to the draft.
     pub(super) fn apply(&self, draft: &mut Draft) -> Result<(), ConfigError> {
         for key in KEYS.iter() {
             let Some(flag) = key.flag else { continue };
@@ -181,7 +182,7 @@ impl Flags {
     }
 }
 
-/// The first paragraph of what clap says, which names the flag; the rest is usage.
+/// Returns the first paragraph of clap's message, which names the flag; the rest is usage.
 fn sentence(message: &str) -> String {
     let first = message.split("\n\n").next().unwrap_or(message);
     let words: Vec<&str> = first.trim_start_matches("error: ").split_whitespace().collect();

@@ -1,4 +1,4 @@
-//! One key of the configuration: what it is called, what it takes, and where its value goes.
+//! One key of the configuration: its name, type, and destination.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -7,19 +7,19 @@ use std::time::Duration;
 
 use super::draft::Draft;
 
-/// The end of a range that no machine reaches.
+/// End of a range that no machine reaches.
 pub(super) const MANY: u64 = 1 << 40;
 
-/// One key of the configuration. The flag, the environment variable, the configuration file and the documents are all
-/// made of these.
+/// One key of the configuration. The flag, the environment variable, the configuration file and the documents
+/// are all made from these.
 pub(super) struct Key {
-    /// Where it is in the file: `physics.time_step`.
+    /// Path in the file: `physics.time_step`.
     pub(super) path: &'static str,
-    /// What it means, with units, as one line of Markdown.
+    /// Meaning with units, as one line of Markdown.
     pub(super) meaning: &'static str,
-    /// Its own flag, without the hyphens. Every key has `--set` too.
+    /// Flag of the key, without hyphens. Every key can also be set by `--set`.
     pub(super) flag: Option<&'static str>,
-    /// A value, as TOML has it, where the default is that there is none.
+    /// Example in TOML, for a key without a default.
     pub(super) example: &'static str,
     pub(super) access: Access,
 }
@@ -27,13 +27,13 @@ pub(super) struct Key {
 type Get<T> = fn(&Draft) -> T;
 type Set<T> = fn(&mut Draft, T) -> Result<(), String>;
 
-/// What a key takes, and where that goes.
+/// Type of a key, with access to its value.
 pub(super) enum Access {
     Switch(Get<bool>, fn(&mut Draft, bool)),
     Count(RangeInclusive<u64>, fn(&mut Draft) -> &mut dyn Whole),
     Seconds(RangeInclusive<f64>, fn(&mut Draft) -> &mut Duration),
     Number(RangeInclusive<f64>, Get<f64>, Set<f64>),
-    /// Metres, or whatever, along three axes.
+    /// Three components.
     Vector(Get<[f64; 3]>, Set<[f64; 3]>),
     /// One of some words.
     Word(&'static [&'static str], Get<&'static str>, Set<String>),
@@ -47,7 +47,7 @@ pub(super) enum Access {
 /// A whole number of any width.
 pub(super) trait Whole {
     fn get(&self) -> u64;
-    /// The number is within the range of its key, which its type holds.
+    /// Sets the number, which is within the range of its key and fits its type.
     fn set(&mut self, value: u64);
 }
 
@@ -65,7 +65,7 @@ macro_rules! whole {
 }
 whole!(u32, u64, usize);
 
-/// What was said, before a key judges it.
+/// A given value, before its key checks it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     Switch(bool),
@@ -73,7 +73,7 @@ pub(super) enum Value {
     Number(f64),
     Text(String),
     List(Vec<Self>),
-    /// Nothing that a key takes, in TOML's word.
+    /// A value that no key accepts, by its name in TOML.
     Other(&'static str),
 }
 
@@ -106,27 +106,27 @@ impl Key {
         Self { example, ..self }
     }
 
-    /// `SIMD_PHYSICS_TIME_STEP`.
+    /// Returns the variable: `SIMD_PHYSICS_TIME_STEP`.
     pub(super) fn variable(&self) -> String {
         format!("SIMD_{}", self.path.replace('.', "_").to_ascii_uppercase())
     }
 
-    /// The table of the file that it is in, and its name there.
+    /// Returns the key's table in the file, and its name there.
     pub(super) fn table_and_name(&self) -> (&'static str, &'static str) {
         self.path.rsplit_once('.').unwrap_or(("", self.path))
     }
 
-    /// Whether a flag takes no value.
+    /// Returns whether the flag takes no value.
     pub(super) fn is_switch(&self) -> bool {
         matches!(self.access, Access::Switch(..))
     }
 
-    /// Whether a flag may be given again.
+    /// Returns whether the flag may be repeated.
     pub(super) fn is_list(&self) -> bool {
         matches!(self.access, Access::Texts(..) | Access::Files(..) | Access::Counts(..))
     }
 
-    /// What stands for a value in the help.
+    /// Returns the placeholder of the value in the help.
     pub(super) fn value_name(&self) -> &'static str {
         match &self.access {
             Access::Switch(..) => "SWITCH",
@@ -140,7 +140,7 @@ impl Key {
         }
     }
 
-    /// What it takes, in words.
+    /// Returns the accepted values, in words.
     pub(super) fn takes(&self) -> String {
         match &self.access {
             Access::Switch(..) => "true or false".into(),
@@ -158,7 +158,7 @@ impl Key {
         }
     }
 
-    /// The value of a configuration, as TOML has it. `None`: there is none.
+    /// Returns the configured value in TOML; `None` if there is none.
     pub(super) fn value(&self, draft: &mut Draft) -> Option<String> {
         let list = |values: Vec<String>| Some(format!("[{}]", values.join(", ")));
         match &self.access {
@@ -179,7 +179,7 @@ impl Key {
         .filter(|value| value != "[]" || self.example.is_empty())
     }
 
-    /// Reads what a flag or a variable says. The error is a sentence without its subject.
+    /// Parses the text of a flag or a variable. The error is a sentence without its subject.
     pub(super) fn parse(&self, text: &str) -> Result<Value, String> {
         let wrong = || format!("must be {}, and not {}", self.takes_one(), quoted(text));
         let whole = |text: &str| text.trim().parse().map(Value::Whole).map_err(|_error| wrong());
@@ -212,7 +212,7 @@ impl Key {
         }
     }
 
-    /// Puts a value into the configuration. The error is a sentence that names the key.
+    /// Sets a value in the configuration. The error is a sentence that names the key.
     pub(super) fn set(&self, draft: &mut Draft, value: Value) -> Result<(), String> {
         let path = self.path;
         let wrong = |value: &Value| {
@@ -294,7 +294,7 @@ impl Value {
     fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
-            // Exact for all that a configuration can mean.
+            // Exact for all sensible values of a configuration.
             #[expect(clippy::cast_precision_loss)]
             Self::Whole(whole) => Some(*whole as f64),
             _ => None,
@@ -314,14 +314,14 @@ fn number(number: f64) -> String {
     number.to_string()
 }
 
-/// As TOML has a text.
+/// Quotes a text for TOML.
 pub(super) fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for character in text.chars() {
         match character {
             '"' | '\\' => quoted.extend(['\\', character]),
             character if character.is_control() => {
-                // A string takes all that is written.
+                // Writing to a string does not fail.
                 let _ = write!(quoted, "\\u{:04X}", u32::from(character));
             }
             character => quoted.push(character),

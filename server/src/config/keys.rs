@@ -1,6 +1,6 @@
-//! The table of keys: everything that an operator can say, but for the robots to load at the start.
+//! The table of keys: all settings of the operator, except for the robots to load at the start.
 //!
-//! Within one layer a value is put in the order of this table.
+//! Within one layer, values are applied in the order of this table.
 
 mod limits;
 mod network;
@@ -22,7 +22,7 @@ pub(super) static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
     keys.into_iter().flatten().collect()
 });
 
-/// Tables of the file, in their order, and what each is about.
+/// Tables of the file, in order, each with its subject.
 pub(super) const TABLES: [(&str, &str); 12] = [
     ("", ""),
     (
@@ -253,7 +253,7 @@ fn physics() -> Vec<Key> {
             Access::Number(
                 0.001..=1_000.0,
                 |draft| draft.config.driver.pace.factor(),
-                // Who asks for a factor asks for real time, unless the same place says otherwise.
+                // A given factor implies real time, unless the same source says otherwise.
                 |draft, factor| draft.config.change_pace(Pace::RealTime { factor }),
             ),
         )

@@ -1,52 +1,52 @@
-//! What the operator can say about the node of ROS 2.
+//! Configuration of the ROS 2 node.
 
 use simd_ros2::wire;
 
-/// Where `rmw_zenohd` is found where nothing else is said.
+/// Default address of `rmw_zenohd`.
 const DEFAULT_ROUTER: &str = "tcp/localhost:7447";
-/// Domains that ROS 2 has.
+/// Largest domain of ROS 2.
 pub(super) const MAX_DOMAIN_ID: u32 = 232;
-/// Messages of each topic a wall second, up to this.
+/// Maximum messages of each topic per wall second.
 pub(super) const MAX_RATE: f64 = 1_000.0;
 
-/// Says that a build cannot do what is asked of it.
+/// Error of a build without ROS 2.
 pub const NO_ROS2: &str = "this build of simd has no ROS 2: leave out the settings that enable it, or build simd with the \
                            feature `ros2`";
 
-/// A node on a graph of ROS 2 whose middleware is `rmw_zenoh`.
+/// A node on a ROS 2 graph with the middleware `rmw_zenoh`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ros2 {
-    /// Whether there is one.
+    /// Whether the node is enabled.
     pub enabled: bool,
-    /// The router of the graph, as `tcp/HOST:PORT`.
+    /// Router of the graph, as `tcp/HOST:PORT`.
     pub router: String,
     /// `ROS_DOMAIN_ID`.
     pub domain_id: u32,
-    /// Before the names of topics and services: `/`, or `/lab`.
+    /// Prefix of the names of topics and services: `/`, or `/lab`.
     pub namespace: String,
-    /// Of the other nodes.
+    /// Distribution of the other nodes.
     pub distro: Distro,
-    /// States a wall second at the most.
+    /// Maximum states per wall second.
     pub rate: f64,
 }
 
-/// A distribution of ROS 2 that has `rmw_zenoh`.
+/// A distribution of ROS 2 with `rmw_zenoh`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distro {
-    /// Has no type hashes.
+    /// Without type hashes.
     Humble,
-    /// Has them, as all after it.
+    /// With type hashes, as all later ones.
     Jazzy,
-    /// 2025.
+    /// Released in 2025.
     Kilted,
-    /// 2026.
+    /// Released in 2026.
     Lyrical,
-    /// What comes next.
+    /// The development distribution.
     Rolling,
 }
 
 impl Distro {
-    /// As the configuration names them, in the order of the type.
+    /// Names in the configuration, in the order of the type.
     pub(super) const NAMES: [&str; 5] = ["humble", "jazzy", "kilted", "lyrical", "rolling"];
     const ALL: [Self; 5] = [Self::Humble, Self::Jazzy, Self::Kilted, Self::Lyrical, Self::Rolling];
 
@@ -59,7 +59,7 @@ impl Distro {
         Self::ALL.into_iter().zip(Self::NAMES).find(|(_, name)| *name == text).map(|(distro, _)| distro)
     }
 
-    /// Whether its keys have hashes of types.
+    /// Returns whether its keys have type hashes.
     pub fn has_type_hashes(self) -> bool {
         self != Self::Humble
     }
@@ -93,7 +93,8 @@ impl Ros2 {
         Ok(())
     }
 
-    /// The daemon's own Zenoh cannot listen where the router does. And nodes have no tokens: a router of another machine has to be meant.
+    /// Checks the node with the other settings. The daemon's own Zenoh cannot listen at the router's address.
+    /// Nodes have no tokens, so a router on another machine must be explicitly allowed.
     pub(super) fn check(&self, zenoh: &super::Zenoh, insecure: bool) -> Result<(), String> {
         let port = |locator: &str| locator.rsplit_once(':').map(|(_, port)| port.to_owned());
         if self.enabled && cfg!(not(feature = "ros2")) {

@@ -1,4 +1,4 @@
-//! Each mistake of an operator is one sentence that names it.
+//! Each mistake of an operator gives one sentence that names it.
 
 use std::fs;
 
@@ -18,7 +18,7 @@ fn usage(flags: &str) -> String {
     }
 }
 
-/// A configuration from a file with this text, and flags after it.
+/// Reads a configuration from a file with this text, and flags over it.
 fn file(text: &str, flags: &str) -> Result<Config, ConfigError> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("simd.toml");
@@ -223,7 +223,7 @@ fn variables_beat_the_file_and_flags_beat_variables() {
         ("SIMD_PHYSICS_TIME_STEP", "0.004"),
         ("SIMD_ZENOH_CONNECT", "tcp/127.0.0.1:1, tcp/127.0.0.1:2"),
         ("SIMD_PAUSED", "1"),
-        // Those of clients, and of no client.
+        // Variables of clients and of no program.
         ("SIMD_TOKEN", "secret"),
         ("SIMD_TLS_CA", "ca.pem"),
         ("SIMD_TLS_CLIENT_CERT", "me.pem"),
@@ -326,7 +326,7 @@ fn limits_of_connections_are_set_one_by_one_and_checked() {
     let limits = file(text, "").unwrap().connections;
     let expected = Connections {
         max: 100,
-        // Never more than there are.
+        // Never more than the total.
         max_per_peer: 100,
         max_http1: 100,
         loopback_reserve: 3,

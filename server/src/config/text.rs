@@ -1,4 +1,5 @@
-//! The table of keys as text: the commented default file, the document, and what holds with who said it.
+//! The table of keys as text: the commented default file, the document, and the values in force with their
+//! sources.
 
 use std::fmt::Write as _;
 
@@ -7,10 +8,10 @@ use super::file::ROBOT;
 use super::key::Key;
 use super::keys::{KEYS, TABLES};
 
-/// Columns of a comment.
+/// Width of a comment, columns.
 const WIDTH: usize = 118;
 
-/// A file with every key: what is commented out with one `#` is the default, with two an example.
+/// Returns a file with every key: a default is commented out with one `#`, an example with two.
 pub(super) fn default_file() -> String {
     let mut text = String::from(
         "# The configuration of simd. What is commented out with one # is the default; with two, an example. Relative paths\n\
@@ -43,7 +44,7 @@ pub(super) fn default_file() -> String {
     text
 }
 
-/// The same as tables of Markdown.
+/// Returns the same as tables of Markdown.
 pub(super) fn document() -> String {
     let mut text = String::new();
     for (table, about) in TABLES {
@@ -67,7 +68,7 @@ pub(super) fn document() -> String {
     text
 }
 
-/// The values that hold, as a file, with who said them.
+/// Returns the values in force, as a file, with their sources.
 pub(super) fn show(draft: &mut Draft) -> String {
     let mut text = String::new();
     for (table, _) in TABLES {
@@ -102,7 +103,7 @@ fn sentence(meaning: &str) -> String {
     text
 }
 
-/// Lines of a comment, broken between words.
+/// Writes lines of a comment, broken between words.
 fn comment(text: &mut String, words: &str) {
     let mut line = String::from("#");
     for word in words.split_whitespace() {

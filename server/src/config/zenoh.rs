@@ -9,28 +9,28 @@ use simd_proto::keys::DEFAULT_LOCATOR;
 
 use super::TlsFiles;
 
-/// States a wall second, 0 to this.
+/// Maximum states per wall second.
 pub(super) const MAX_STATE_RATE: f64 = 1_000.0;
 
-/// Says that a build cannot do what is asked of it.
+/// Error of a build without Zenoh.
 pub const NO_ZENOH: &str = "this build of simd has no Zenoh: leave out the settings that enable it, or build simd with the \
                             feature `zenoh`";
 
-/// How the daemon is reached over Zenoh.
+/// Configuration of the Zenoh front-end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zenoh {
-    /// Whether it is.
+    /// Whether it is enabled.
     pub enabled: bool,
-    /// Where to listen, as `tcp/HOST:PORT`; port 0 takes a free one. `None` is the
-    /// default locator, or nowhere where `connect` names a router.
+    /// Locators to listen on, as `tcp/HOST:PORT`; port 0 takes a free one. `None` means the default locator,
+    /// or no locator if `connect` names a router.
     pub listen: Option<Vec<String>>,
     /// Routers to join.
     pub connect: Vec<String>,
-    /// What `tls/` locators are served with.
+    /// Files of TLS for `tls/` locators.
     pub tls: Option<TlsFiles>,
-    /// Any settings of Zenoh's own, JSON5; they are put over ours.
+    /// File with settings of Zenoh, JSON5, which override the daemon's.
     pub file: Option<PathBuf>,
-    /// Joint states published a wall second at the most; 0 publishes none.
+    /// Maximum joint states published per wall second; 0 publishes none.
     pub state_rate: f64,
 }
 
@@ -48,17 +48,17 @@ impl Default for Zenoh {
 }
 
 impl Zenoh {
-    /// Not reached over Zenoh.
+    /// Returns a configuration without Zenoh.
     pub fn off() -> Self {
         Self { enabled: false, ..Self::default() }
     }
 
-    /// On a free port of loopback, and nowhere else.
+    /// Returns a configuration that listens only on a free port of loopback.
     pub fn on_free_port() -> Self {
         Self { listen: Some(vec!["tcp/127.0.0.1:0".into()]), ..Self::default() }
     }
 
-    /// Where to listen.
+    /// Returns the locators to listen on.
     pub fn listens_on(&self) -> Vec<String> {
         match &self.listen {
             Some(locators) => locators.clone(),
@@ -67,7 +67,7 @@ impl Zenoh {
         }
     }
 
-    /// `off`, or locators to listen on.
+    /// Sets the locators from `off`, or a list of them.
     pub(super) fn set_listen(&mut self, locators: Vec<String>) -> Result<(), String> {
         if locators.iter().any(|locator| locator == "off") {
             if locators.len() > 1 {
@@ -103,7 +103,7 @@ pub(super) fn check_locator(locator: &str) -> Result<(), String> {
     let is_one = locator
         .split_once('/')
         .is_some_and(|(protocol, address)| !protocol.is_empty() && address.contains(':'))
-        // A value that was quoted once too often is parsed as an address, too.
+        // A value with nested quotes would be parsed as an address, too.
         && !locator.contains("://")
         && !locator.contains(['"', '\'', ' ']);
     #[cfg(feature = "zenoh")]
@@ -114,7 +114,7 @@ pub(super) fn check_locator(locator: &str) -> Result<(), String> {
     Err(format!("{locator:?} is no Zenoh locator; it must be like tcp/127.0.0.1:7447"))
 }
 
-/// Whether only this machine reaches it.
+/// Returns whether only this machine reaches the locator.
 pub(super) fn is_loopback(locator: &str) -> bool {
     let address = locator.split_once('/').map_or(locator, |(_protocol, address)| address);
     let address = address.split(['?', '#']).next().unwrap_or(address);

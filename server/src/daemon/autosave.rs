@@ -1,4 +1,4 @@
-//! The world in a file: written as it runs and where the daemon drains, and read where it starts again.
+//! The world in a file: written at intervals and at the drain, and read at the next start.
 
 use std::io::{self, Write as _};
 use std::path::Path;
@@ -11,12 +11,12 @@ use crate::config::Autosave;
 use simd_world::files;
 use simd_world::handle::{CallError, SimHandle};
 
-/// What the state is called in its file. The world has no saved state of it: clients' names and limits are theirs.
+/// Name of the state in its file. The world has no saved state with it: clients' names and limits are theirs.
 const NAME: &str = "autosave";
-/// How long the last one may take, of the time in which a daemon drains.
+/// Longest time of the last save, which is part of the drain.
 const LAST: Duration = Duration::from_millis(700);
 
-/// Why there is no file.
+/// Reason why there is no file.
 #[derive(Debug, thiserror::Error)]
 enum Failed {
     #[error("{0}")]
@@ -25,8 +25,8 @@ enum Failed {
     File(#[from] io::Error),
 }
 
-/// Puts the world back to what the file has. Says whether there was one. A file that cannot be used is moved aside, with a
-/// line in the log, and the daemon starts as it is configured.
+/// Restores the world from the file. Returns whether there was one. An unusable file is moved aside with a
+/// line in the log, and the daemon starts with its configuration.
 pub(super) async fn restore(handle: &SimHandle, settings: &Autosave) -> bool {
     let path = &settings.file;
     let limit = handle.info().limits.asset_bytes;
@@ -49,7 +49,7 @@ pub(super) async fn restore(handle: &SimHandle, settings: &Autosave) -> bool {
     }
 }
 
-/// At most so many bytes.
+/// Reads at most `limit` bytes.
 fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     files::read(files::open(path)?, limit).map_err(|error| match error.kind() {
         io::ErrorKind::FileTooLarge => io::Error::other(format!("{error}, the limit is service.asset_bytes")),
@@ -66,8 +66,8 @@ fn set_aside(path: &Path, error: &dyn std::fmt::Display) -> bool {
     false
 }
 
-/// Writes the world each time that it has changed, until the daemon drains. Where that fails, the log says so once, and
-/// once more when it succeeds again.
+/// Writes the world each time that it has changed, until the daemon drains. The log reports the first
+/// failure, and the next success.
 pub(super) async fn keep(handle: SimHandle, settings: Autosave) {
     let mut timer = tokio::time::interval(settings.every);
     timer.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -79,7 +79,7 @@ pub(super) async fn keep(handle: SimHandle, settings: Autosave) {
         if written.is_some_and(|written| handle.newest().sequence <= written) {
             continue;
         }
-        // The last one, which the drain writes, is not to be replaced by an older one.
+        // An older save must not replace the last one, which the drain writes.
         let saving = draining.run_until_cancelled(save(&handle, &settings.file));
         let Some(saved) = saving.await else { return };
         match saved {
@@ -99,7 +99,7 @@ pub(super) async fn keep(handle: SimHandle, settings: Autosave) {
     }
 }
 
-/// Writes the world for the last time, once no more calls come.
+/// Writes the world for the last time, once no more calls arrive.
 pub(super) async fn last(handle: &SimHandle, settings: &Autosave) {
     let file = settings.file.display();
     match tokio::time::timeout(LAST, save(handle, &settings.file)).await {
@@ -109,7 +109,7 @@ pub(super) async fn last(handle: &SimHandle, settings: &Autosave) {
     }
 }
 
-/// Gives the sequence of the state that was written.
+/// Saves the world; returns the sequence of the written state.
 async fn save(handle: &SimHandle, path: &Path) -> Result<u64, Failed> {
     let (sequence, file) = handle.present_state_file(NAME).await?;
     let path = path.to_owned();
@@ -117,11 +117,11 @@ async fn save(handle: &SimHandle, path: &Path) -> Result<u64, Failed> {
     Ok(sequence)
 }
 
-/// Held while a file is written: the last one may come while another is on its way to the disk.
+/// Locked while a file is written: the last save may begin while another one is on its way to the disk.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Writes a file beside the old one, which it replaces once all of it is on the disk: whenever the daemon is killed,
-/// one of the two is there whole.
+/// Writes a file beside the old one, which it replaces once it is complete on the disk. Whenever the daemon
+/// is killed, one of the two is complete.
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let mut file = Replacement::begin_alone(path)?;

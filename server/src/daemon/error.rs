@@ -1,30 +1,30 @@
-//! Why a daemon does not start, or ends by itself.
+//! Errors of a daemon's start, and causes of its unexpected end.
 
 use std::path::PathBuf;
 
 use crate::zenoh;
 use simd_world::handle::CallError;
 
-/// Why a daemon does not start, or ends by itself.
+/// Error of a daemon's start, or cause of its unexpected end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// An asset root is not a folder that can be read.
+    /// An asset root is not a readable folder.
     #[error("asset root {folder}: {source}", folder = folder.display())]
     AssetRoot {
-        /// As the operator wrote it.
+        /// Folder as the operator wrote it.
         folder: PathBuf,
-        /// The system's words.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The address or the socket cannot be listened on.
+    /// The daemon cannot listen on the address or the socket.
     #[error("cannot listen on {address}: {source}")]
     Listen {
-        /// As the operator wrote it.
+        /// Address as the operator wrote it.
         address: String,
-        /// The system's words.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The files of TLS or of tokens cannot be used.
+    /// The files of TLS or of tokens are unusable.
     #[error("{0}")]
     Security(String),
     /// Zenoh cannot be served.
@@ -33,12 +33,12 @@ pub enum Error {
     /// A robot cannot be loaded.
     #[error("cannot load {path}: {source}", path = path.display())]
     Robot {
-        /// As the operator wrote it.
+        /// Path as the operator wrote it.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         source: CallError,
     },
-    /// The system gives no threads or no signals.
+    /// The system refuses threads or signals.
     #[error("cannot start: {0}")]
     System(std::io::Error),
     /// The driver failed.
@@ -47,16 +47,16 @@ pub enum Error {
     /// The server failed.
     #[error("the server ended: {0}")]
     Server(String),
-    /// A second signal came while it drained.
+    /// A second signal came during the drain.
     #[error("cut off by a second signal")]
     CutOff,
 }
 
 impl Error {
-    /// The process's exit code, as `simd --help` has it.
+    /// Returns the process's exit code, as in `simd --help`.
     pub fn exit_code(&self) -> u8 {
         match self {
-            // An asset root was there when the configuration was read.
+            // The asset root existed when the configuration was read.
             Self::AssetRoot { .. } | Self::System(_) | Self::Driver(_) | Self::Server(_) | Self::CutOff => 1,
             Self::Listen { .. } => 4,
             Self::Robot { .. } => 5,

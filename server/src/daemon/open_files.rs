@@ -1,10 +1,10 @@
-//! The system's limit of open files, of which each connection is one.
+//! The system's limit of open files; each connection is one.
 
-/// Files that are open beside connections: Zenoh's, those that are read, the runtime's.
+/// Number of open files beside connections: Zenoh's, files being read, the runtime's.
 const SPARE: u64 = 64;
 
-/// Raises the limit as far as the process may, and warns where it is too low for all connections that are allowed: beyond it
-/// no client can connect until others have gone.
+/// Raises the limit as far as the process may, and warns if it is too low for all allowed connections. Beyond
+/// it, no client can connect until others have disconnected.
 pub(super) fn provide(connections: usize) {
     let wanted = connections as u64 + SPARE;
     if let Some(limit) = raised().filter(|limit| *limit < wanted) {
@@ -16,12 +16,12 @@ pub(super) fn provide(connections: usize) {
     }
 }
 
-/// The limit; `None` where there is none.
+/// Raises and returns the limit; `None` for no limit.
 #[cfg(target_os = "linux")]
 fn raised() -> Option<u64> {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
     let limit = getrlimit(Resource::Nofile);
-    // Where it cannot be raised it is what it was.
+    // If it cannot be raised, it stays unchanged.
     let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, maximum: limit.maximum });
     getrlimit(Resource::Nofile).current
 }

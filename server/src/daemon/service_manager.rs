@@ -1,5 +1,5 @@
-//! What the daemon tells the service manager that started it, as systemd's sd_notify(3) has it: that it is ready, reads its
-//! files anew or ends, and that it is alive for as long as its physics thread gets on.
+//! Notifications of the service manager that started the daemon, by systemd's sd_notify(3): ready, reloading,
+//! stopping, and alive while the physics thread makes progress.
 
 use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -10,12 +10,12 @@ use tokio::time::MissedTickBehavior;
 
 use simd_world::handle::SimHandle;
 
-/// Messages that may wait for a service manager that does not read. More are lost.
+/// Maximum number of messages that wait for a service manager that does not read. More are lost.
 const WAITING: usize = 8;
-/// The last message may take so long, and is lost where it is not read.
+/// Longest wait for the last message, which is lost if it is not read.
 const LAST: Duration = Duration::from_millis(100);
 
-/// The service manager; or none, to which nothing is said. Clones are the same one.
+/// Connection to the service manager, or to none. Clones share it.
 #[derive(Clone, Debug)]
 pub(super) struct ServiceManager {
     messages: Option<SyncSender<Message>>,
@@ -23,21 +23,21 @@ pub(super) struct ServiceManager {
 
 #[derive(Debug)]
 enum Message {
-    /// It serves; what to show as its status.
+    /// The daemon serves; with its status text.
     Ready(String),
-    /// It reads files anew, and will say when it is ready.
+    /// The daemon is reloading files, and will report when it is ready.
     Reloading,
-    /// It ends; what tells that this was said.
+    /// The daemon ends; with the sender that confirms the notification.
     Stopping(oneshot::Sender<()>),
-    /// The watchdog may wait for another while.
+    /// Resets the watchdog.
     Alive,
-    /// It does not say that it is alive; why, as its status.
+    /// The daemon is not alive; with the reason, as its status.
     Stuck(String),
 }
 
 impl ServiceManager {
-    /// The one that started this process and waits to hear of it, if there is one. Nothing waits for it: what is said leaves on a
-    /// thread of its own.
+    /// Returns the service manager that started this process and expects notifications, if any. No caller
+    /// waits for it: a separate thread sends the messages.
     pub(super) fn of_this_process() -> io::Result<Self> {
         if !cfg!(target_os = "linux") || std::env::var_os("NOTIFY_SOCKET").is_none() {
             return Ok(Self { messages: None });
@@ -47,24 +47,24 @@ impl ServiceManager {
         Ok(Self { messages: Some(sender) })
     }
 
-    /// The daemon serves.
+    /// Reports that the daemon serves.
     pub(super) fn ready(&self, status: &str) {
         self.say(Message::Ready(status.to_owned()));
     }
 
-    /// The daemon reads its files anew; [`Self::ready`] says that it has.
+    /// Reports that the daemon reloads its files; [`Self::ready`] reports the end of this.
     pub(super) fn reloading(&self) {
         self.say(Message::Reloading);
     }
 
-    /// The daemon ends: waits for a moment until that was said.
+    /// Reports that the daemon ends, and waits a moment until this was sent.
     pub(super) async fn stopping(&self) {
         let (said, is_said) = oneshot::channel();
         self.say(Message::Stopping(said));
         let _ = tokio::time::timeout(LAST, is_said).await;
     }
 
-    /// Feeds the watchdog of the service manager where it has one, four times in the time that it allows.
+    /// Resets the service manager's watchdog, if any, four times in its timeout.
     pub(super) async fn keep_watchdog(self, handle: SimHandle, status: String) {
         let Some(allowed) = watchdog() else { return };
         let mut ticks = tokio::time::interval(allowed / 4);
@@ -94,19 +94,19 @@ impl ServiceManager {
 
     fn say(&self, message: Message) {
         if let Some(messages) = &self.messages {
-            // One that is lost because none are read would not be read either.
+            // A message lost to a full queue would not be read anyway.
             let _ = messages.try_send(message);
         }
     }
 }
 
-/// How long the physics thread has been at one step or one command, where that is longer than half of what the watchdog
-/// allows. One that waits, for the time of the next step or because the world is paused, gets on.
+/// Returns how long the physics thread has been in one step or command, if this is more than half of the
+/// watchdog's timeout. A thread that waits for the next step, or because the world is paused, is not stuck.
 fn stuck(handle: &SimHandle, allowed: Duration, now: Instant) -> Option<Duration> {
     Some(handle.driver_at_work(now)).filter(|at_work| *at_work > allowed / 2)
 }
 
-/// How long the service manager waits for a sign of life, where it does.
+/// Returns the timeout of the service manager's watchdog, if any.
 fn watchdog() -> Option<Duration> {
     #[cfg(target_os = "linux")]
     return sd_notify::watchdog_enabled().filter(|allowed| !(*allowed / 4).is_zero());
@@ -114,7 +114,7 @@ fn watchdog() -> Option<Duration> {
     None
 }
 
-/// Until both ends have nothing more to send.
+/// Sends messages until both ends are done.
 fn send(messages: &Receiver<Message>) {
     let mut has_failed = false;
     for message in messages {

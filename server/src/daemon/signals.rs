@@ -1,5 +1,5 @@
-//! What tells the daemon to end: SIGTERM, SIGINT and, where it was asked for, the end of stdin. SIGHUP tells it to read
-//! its certificate anew.
+//! Signals to the daemon: SIGTERM, SIGINT and, if enabled, the end of stdin end it. SIGHUP reloads its
+//! certificate.
 
 use std::io;
 
@@ -9,16 +9,16 @@ use tokio::sync::oneshot;
 #[cfg(unix)]
 const SIGXFSZ: i32 = 25;
 
-/// What a signal tells the daemon.
+/// Effect of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SignalAction {
-    /// To end; by the signal of this name.
+    /// Ends the daemon; with the name of the signal.
     End(&'static str),
-    /// To read files anew.
+    /// Reloads files.
     Reload,
 }
 
-/// Waits for what tells the daemon something.
+/// Waits for signals.
 #[derive(Debug)]
 pub(super) struct Signals {
     #[cfg(unix)]
@@ -27,16 +27,16 @@ pub(super) struct Signals {
     interrupt: tokio::signal::unix::Signal,
     #[cfg(unix)]
     hangup: tokio::signal::unix::Signal,
-    /// Without a handler, a file that reaches the limit of the process's files (`RLIMIT_FSIZE`) kills it; with one, the file
-    /// cannot be written, as on a full disk.
+    /// With a handler, a file that reaches the limit of the process's files (`RLIMIT_FSIZE`) cannot be
+    /// written, as on a full disk. Without one, it kills the process.
     #[cfg(unix)]
     _file_size: tokio::signal::unix::Signal,
-    /// Comes once, where stdin is listened to.
+    /// Receives once if stdin is watched.
     stdin: Option<oneshot::Receiver<()>>,
 }
 
 impl Signals {
-    /// From here on the signals no longer kill the process.
+    /// Installs the handlers: from here on the signals no longer kill the process.
     pub(super) fn new(until_stdin_closes: bool) -> io::Result<Self> {
         #[cfg(unix)]
         use tokio::signal::unix::{SignalKind, signal};
@@ -53,12 +53,12 @@ impl Signals {
         })
     }
 
-    /// Returns when the daemon is to end.
+    /// Waits until the daemon must end.
     pub(super) async fn end(&mut self) {
         while self.next().await == SignalAction::Reload {}
     }
 
-    /// The next one.
+    /// Waits for the next signal.
     pub(super) async fn next(&mut self) -> SignalAction {
         let stdin = async {
             match &mut self.stdin {
@@ -74,7 +74,7 @@ impl Signals {
                 _ = self.hangup.recv() => SignalAction::Reload,
             }
         };
-        // There is only Ctrl-C elsewhere.
+        // Other systems only have Ctrl-C.
         #[cfg(not(unix))]
         let signal = async {
             if tokio::signal::ctrl_c().await.is_err() {
@@ -93,7 +93,7 @@ impl Signals {
     }
 }
 
-/// Reads stdin to its end on a thread of its own, which the process does not wait for.
+/// Reads stdin to its end on a separate thread, which the process does not wait for.
 fn end_of_stdin() -> io::Result<oneshot::Receiver<()>> {
     let (ended, end) = oneshot::channel();
     std::thread::Builder::new().name("simd-stdin".into()).spawn(move || {

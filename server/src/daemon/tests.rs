@@ -61,7 +61,7 @@ async fn robots_are_there_before_the_first_step() {
     running.drain().await;
 }
 
-/// Paused, with a file of its world, from which it begins where there is one.
+/// Returns a configuration that is paused, with an autosave file that it restores if it exists.
 fn saved_in(file: &Path) -> Config {
     let mut config = config();
     config.driver.state = RunState::Paused;
@@ -95,7 +95,7 @@ async fn a_world_is_saved_and_restored_whatever_saved_states_its_clients_have_or
     assert!(!dir.path().join("world.simdstate.unusable").exists());
 }
 
-/// A call that is answered is done, also where it comes late.
+/// The effects of an answered call are saved, even of a late one.
 #[tokio::test]
 async fn what_calls_do_while_a_daemon_drains_is_saved() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! The world of a daemon, without what it is reached by: opened, filled with its robots, and kept. A daemon and a world
-//! that is embedded in a program begin with the same.
+//! The world of a daemon, without its transports: opened, filled with its robots, and maintained. A daemon
+//! and a world embedded in a program share this.
 
 use prost::Message as _;
 use simd_core::Simulation;
@@ -16,23 +16,24 @@ use simd_world::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, Spa
 use simd_world::loading::Loader;
 use simd_world::recording::{Encoders, Recordings};
 
-/// What reads descriptions, from uploads and below the asset roots.
+/// Makes the loader of descriptions, from uploads and below the asset roots.
 ///
 /// # Errors
-/// Returns an error if a root is no folder, and where the system gives no threads.
+/// Returns an error if a root is not a folder, or the system refuses threads.
 pub(crate) fn loader(config: &Config) -> Result<Loader, Error> {
     let threads = BlockingThreads::computing().map_err(Error::System)?;
     Loader::new(config.limits, &config.asset_roots, threads)
         .map_err(|(folder, source)| Error::AssetRoot { folder, source })
 }
 
-/// An empty world that is paused, since robots come before the first step, and the way to it.
+/// Opens an empty world, and returns its handle. It is paused, since robots are loaded before the first step.
 ///
 /// # Errors
-/// Returns an error if the system gives no thread.
+/// Returns an error if the system refuses the thread.
 pub(crate) fn open(config: &Config, loader: Loader, access: Access) -> Result<SimHandle, Error> {
     let limits = config.limits;
-    // One that is restored at the start is kept for a moment, also where clients may keep none: `SimHandle` refuses theirs.
+    // A state that is restored at the start is kept for a moment, even if clients may keep none: `SimHandle`
+    // refuses theirs.
     let saved_states = (limits.saved_states as usize).max(1);
     let world = Simulation::new(config.physics, WorldLimits { robots: limits.robots as usize, saved_states });
     let paused = driver::Config { state: RunState::Paused, ..config.driver };
@@ -50,8 +51,8 @@ pub(crate) fn open(config: &Config, loader: Loader, access: Access) -> Result<Si
     Ok(SimHandle::with_access(link, loader, info, access, recordings))
 }
 
-/// Loads the robots of the configuration, or the world that was saved, and then lets it be in the state that the
-/// configuration has.
+/// Loads the robots of the configuration, or the saved world, and then sets the run state of the
+/// configuration.
 ///
 /// # Errors
 /// Returns an error if a robot cannot be loaded, or the driver ended.
@@ -60,7 +61,7 @@ pub(crate) async fn fill(config: &Config, handle: &SimHandle) -> Result<(), Erro
         Some(autosave) => autosave::restore(handle, autosave).await,
         None => false,
     };
-    // A saved world has its robots.
+    // A saved world already has its robots.
     for robot in config.robots.iter().filter(|_| !restored) {
         load(handle, robot.clone()).await?;
     }
@@ -71,15 +72,15 @@ pub(crate) async fn fill(config: &Config, handle: &SimHandle) -> Result<(), Erro
     Ok(())
 }
 
-/// Why there is no world: what was met first, or what it comes from. Ends the driver.
+/// Returns the cause of a failed start: the given error, or a panic behind it. Ends the driver.
 pub(crate) fn not_started(handle: &SimHandle, error: Error) -> Error {
-    // A robot that cannot be loaded because the physics thread panicked is no fault of the robot.
+    // If the physics thread panicked, the robot that could not be loaded is not at fault.
     let failure = handle.driver_failure().map(str::to_owned);
     handle.end_driver();
     failure.map_or(error, Error::Driver)
 }
 
-/// Starts the tasks that look after a world. They end when it drains.
+/// Starts the tasks that maintain a world, until it drains.
 pub(crate) fn keep(config: &Config, handle: &SimHandle) {
     tokio::spawn(handle.clone().keep_tidy());
     tokio::spawn(handle.clone().measure_scans());
@@ -89,14 +90,14 @@ pub(crate) fn keep(config: &Config, handle: &SimHandle) {
     }
 }
 
-/// Saves the world for the last time, where it is saved as it runs.
+/// Saves the world for the last time, if autosave is enabled.
 pub(crate) async fn save_last(autosave: Option<&Autosave>, handle: &SimHandle) {
     if let Some(autosave) = autosave {
         autosave::last(handle, autosave).await;
     }
 }
 
-/// A robot that the operator named; what its report warns of is logged.
+/// Loads a robot that the operator named, and logs the warnings of its report.
 async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
     let path = robot.path;
     let request = SpawnRequest {

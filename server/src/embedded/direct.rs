@@ -1,6 +1,7 @@
-//! Calls that loops make at every step, by the shortest way: the method of the service itself, without the frames, headers and
-//! layers that carry a call of gRPC. They are decoded, refused, counted and noted as over every transport; what cannot be
-//! decoded, is too long or comes from a client of another version goes the long way, which says why.
+//! The shortest path for calls that loops make at every step: it calls the service's method, without gRPC's
+//! frames, headers and layers. Requests are decoded, refused, counted and recorded as over every transport. A
+//! request takes the long path if it is invalid, too long or from a client of another version; the long path
+//! reports why.
 
 use simd_api::service::status::OrStatus as _;
 use std::time::Instant;
@@ -21,7 +22,7 @@ use simd_world::SimHandle;
 use simd_world::account::Account;
 use simd_world::handle::{Caller, Disconnect, Peer, Transport};
 
-/// The services that have such methods.
+/// The services with such methods.
 #[derive(Clone, Debug)]
 pub(super) struct Direct {
     handle: SimHandle,
@@ -29,14 +30,14 @@ pub(super) struct Direct {
     joint: joint::Service,
     caller: Option<Caller>,
     disconnect: Disconnect,
-    /// Bytes of a request.
+    /// Maximum size of a request, bytes.
     limit: usize,
-    /// The client speaks a version that is served.
+    /// Whether the client's version is supported.
     is_served: bool,
 }
 
 impl Direct {
-    /// For a client that says so of itself in the headers of its calls.
+    /// Makes the path for a client with these headers.
     pub(super) fn new(handle: &SimHandle, said: &MetadataMap, client: &str, disconnect: Disconnect) -> Self {
         Self {
             simulation: simulation::Service::new(handle.clone()),
@@ -49,7 +50,8 @@ impl Direct {
         }
     }
 
-    /// The answer of a method that has this way, as its message; `None` where the call has to go the other way.
+    /// Returns the answer of a method that has this path, as its message; `None` if the call must take the
+    /// other path.
     pub(super) async fn call(
         &self,
         method: &'static Method,
@@ -75,7 +77,7 @@ impl Direct {
         }
     }
 
-    /// What the layers of the services do, in their order: see `service::routes`.
+    /// Does the work of the services' layers, in their order: see `service::routes`.
     async fn make<M, A, F>(
         &self,
         method: &'static Method,

@@ -1,37 +1,37 @@
-//! What becomes of calls and subscriptions that were begun, as one queue that one thread empties.
+//! Results of begun calls and subscriptions, as one queue that one thread empties.
 
 use bytes::Bytes;
 use tokio::sync::mpsc;
 
-/// Notices that wait to be read. The sender of one more waits.
+/// Capacity of the queue, notices. Senders wait while it is full.
 pub(super) const WAITING: usize = 256;
 
-/// Numbers what was begun, from 1.
+/// Number of a begun call or subscription, from 1.
 pub type Ticket = u64;
 
-/// News of what was begun.
+/// News about a begun call or subscription.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Notice {
-    /// Of the call or the subscription.
+    /// Ticket of the call or the subscription.
     pub ticket: Ticket,
-    /// What it is.
+    /// Content.
     pub what: What,
 }
 
-/// What a notice says.
+/// Content of a notice.
 #[derive(Clone, Debug, PartialEq)]
 pub enum What {
-    /// An answer's message.
+    /// Message of an answer.
     Answer(Bytes),
-    /// A refusal, as a `google.rpc.Status`. For a stream also how it ended, which may be OK.
+    /// A refusal, as a `google.rpc.Status`. For a stream also its end, which may be OK.
     Refused(Vec<u8>),
-    /// Nothing more comes.
+    /// The end.
     Ended,
     /// A publication.
     Published {
-        /// The key that it has over Zenoh.
+        /// Key of the publication over Zenoh.
         key: String,
-        /// Its message.
+        /// Message.
         payload: Vec<u8>,
     },
 }
@@ -44,21 +44,21 @@ pub(super) struct Notifier(mpsc::Sender<Notice>);
 #[derive(Debug)]
 pub(super) struct Notices(mpsc::Receiver<Notice>);
 
-/// Both ends.
+/// Returns both ends.
 pub(super) fn channel() -> (Notifier, Notices) {
     let (sender, receiver) = mpsc::channel(WAITING);
     (Notifier(sender), Notices(receiver))
 }
 
 impl Notifier {
-    /// Sends a notice. Waits while [`WAITING`] are not read. A notice is lost where there is no receiver any more.
+    /// Sends a notice, and waits while the queue is full. The notice is lost if the receiver is gone.
     pub(super) async fn notify(&self, ticket: Ticket, what: What) {
         drop(self.0.send(Notice { ticket, what }).await);
     }
 }
 
 impl Notices {
-    /// Waits for a notice, and gives all that there are; none where there is no sender any more.
+    /// Waits for a notice, and returns all available ones; none if the last sender is gone.
     pub(super) async fn next(&mut self) -> Vec<Notice> {
         let mut notices = Vec::new();
         self.0.recv_many(&mut notices, WAITING).await;

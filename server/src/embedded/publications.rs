@@ -1,5 +1,5 @@
-//! What a subscription within the process gets: the publications that the Zenoh front-end has, with the same keys,
-//! messages and rates, each by a task of its own for as long as it is subscribed to.
+//! Publications for subscriptions within the process: the Zenoh front-end's, with the same keys, messages and
+//! rates. Each has a separate task while it is subscribed to.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -14,32 +14,32 @@ use simd_api::publication::{Encode, STATISTICS, UNCHANGED, joint_states, link_po
 use simd_world::SimHandle;
 use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor};
 
-/// How long a task waits for an event before it looks again.
+/// Longest wait of one look for events.
 const WAIT: Duration = Duration::from_secs(60);
-/// Between two messages of a sensor.
+/// Time between two messages of a sensor.
 const SENSORS: Duration = Duration::from_millis(20);
-/// Instead of a name: all of them.
+/// Placeholder that stands for all names.
 const ALL: &str = "*";
 
-/// What is published.
+/// A topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// States of a robot's joints; `*` is each robot.
+    /// States of a robot's joints; `*` stands for each robot.
     JointStates(String),
-    /// Poses of a robot's links; `*` is each robot.
+    /// Poses of a robot's links; `*` stands for each robot.
     LinkPoses(String),
-    /// Readings of a robot's sensor; `*` is each.
+    /// Readings of a robot's sensor; `*` stands for each.
     SensorReadings(String, String),
-    /// How well the world keeps time, ten times a second.
+    /// Timing statistics of the world, ten times per second.
     Statistics,
-    /// What happens.
+    /// Events.
     Events,
     /// All parameters whenever one changes.
     Parameters,
 }
 
 impl Topic {
-    /// The topic of a key as it is over Zenoh, `simd/NAME/...`; `None` where the daemon publishes none such.
+    /// Parses a key as it is over Zenoh, `simd/NAME/...`; `None` if the daemon has no such publication.
     pub fn parse(key: &str) -> Option<Self> {
         let mut chunks = key.strip_prefix("simd/")?.split('/').skip(1);
         let kind = chunks.next()?;
@@ -68,7 +68,7 @@ pub(super) async fn publish(
     notifier: &Notifier,
 ) {
     let to = To { handle, name: &handle.info().name, ticket, notifier };
-    // That the world drains is no fault, and ends it.
+    // The drain of the world ends it, and is not a fault.
     let _ended = match topic {
         Topic::JointStates(robot) => to.each_robot(&robot, rate, keys::joint_states, joint_states).await,
         Topic::LinkPoses(robot) => to.each_robot(&robot, rate, keys::link_poses, link_poses).await,
@@ -87,7 +87,7 @@ struct To<'a> {
     notifier: &'a Notifier,
 }
 
-/// Publishing ends by an error alone.
+/// Publishing only ends with an error.
 type Ended = Result<std::convert::Infallible, CallError>;
 
 impl To<'_> {
@@ -163,13 +163,13 @@ impl To<'_> {
     async fn readings(&self, robot: &str, sensor: &str) -> Ended {
         let mut ticks = interval(SENSORS);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        // By robot and sensor, the number of the last reading that was published.
+        // Numbers of the last published readings, by robot and sensor.
         let mut after: BTreeMap<(String, String), u64> = BTreeMap::new();
         loop {
             ticks.tick().await;
             let cursors = self.cursors(robot, sensor, &mut after)?;
             for cursors in cursors.chunks(MOST_FOLLOWED) {
-                // A sensor that went meanwhile is not among those of the next turn.
+                // A sensor deleted in the meantime is missing in the next round.
                 let Ok(readings) = self.handle.readings_after(cursors) else { continue };
                 for readings in readings.into_iter().filter(|readings| readings.batch.is_news()) {
                     let of = (readings.robot.clone(), readings.sensor.clone());
@@ -181,7 +181,7 @@ impl To<'_> {
         }
     }
 
-    /// From where on each sensor is read that is subscribed to and there.
+    /// Returns positions in the readings of each existing sensor that is subscribed to.
     fn cursors(
         &self,
         robot: &str,
@@ -195,7 +195,7 @@ impl To<'_> {
             let Some(of) = robots.get(each.robot) else { continue };
             let is_wanted = |wanted: &str, name: &str| wanted == ALL || wanted == name;
             if is_wanted(robot, &of.name) && is_wanted(sensor, &each.definition.name) {
-                // The newest is there for who comes late.
+                // Late subscribers receive the newest reading.
                 let names = (of.name.clone(), each.definition.name.clone());
                 let from = after.get(&names).copied().unwrap_or_else(|| last.saturating_sub(1));
                 there.insert(names, from);

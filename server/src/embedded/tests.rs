@@ -1,4 +1,4 @@
-//! A world within the process, by the bytes of its calls.
+//! A world within the process, called by bytes.
 
 use prost::Message as _;
 use simd_proto::v1;
@@ -30,7 +30,7 @@ fn step(world: &Embedded, steps: u64) -> Result<u64, Status> {
     Ok(answer.stamp.unwrap().step)
 }
 
-/// The news of one ticket until it has ended.
+/// Returns the news of one ticket until its end.
 fn news(world: &Embedded, ticket: Ticket) -> Vec<What> {
     let mut all = Vec::new();
     while !matches!(all.last(), Some(What::Ended)) {
@@ -109,7 +109,7 @@ fn a_stream_gives_notices_until_its_time_is_over() {
 fn events_that_are_subscribed_to_come_with_their_key() {
     let world = world(|_| ());
     let ticket = world.subscribe(Topic::parse("simd/simd/events").unwrap()).unwrap();
-    // The task subscribes by itself: a change that it misses is followed by others.
+    // The task subscribes asynchronously: a change that it misses is followed by others.
     let mut notices = Vec::new();
     for state in [RunState::Playing, RunState::Paused].into_iter().cycle().take(1000) {
         world.runtime().unwrap().block_on(world.handle().set_state(state)).unwrap();

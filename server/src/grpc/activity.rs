@@ -1,19 +1,19 @@
-//! What a connection does for its client: who waits for whom, and since when.
+//! Activity of a connection: which side waits for the other, and since when.
 //!
-//! It is measured by calls and not by bytes, so that a client that answers pings, trickles a request or does not read
-//! an answer counts as what it is: idle.
+//! It is measured by calls and not by bytes. So a client that only answers pings, trickles a request or does
+//! not read an answer counts as idle.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::time::Instant;
 
-/// Why nothing would be lost, or little, if a connection were closed. The least comes first.
+/// Reason why closing a connection loses nothing or little. The smallest loss comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Idleness {
-    /// No call came yet.
+    /// No call has arrived yet.
     Unused,
-    /// Between two calls.
+    /// No call is open.
     BetweenCalls,
     /// Each call waits for its client: to send the rest of the request, or to read the answer.
     WaitsForClient,
@@ -25,12 +25,12 @@ pub(super) struct Activity(Mutex<Calls>);
 
 #[derive(Debug)]
 struct Calls {
-    /// That wait for the daemon.
+    /// Number of calls that wait for the daemon.
     at_work: usize,
-    /// That wait for their client.
+    /// Number of calls that wait for their client.
     waiting: usize,
     is_used: bool,
-    /// When a call began or ended, or was at work, for the last time.
+    /// Last time at which a call began, ended, or was at work.
     since: Instant,
 }
 
@@ -39,7 +39,7 @@ impl Activity {
         Arc::new(Self(Mutex::new(Calls { at_work: 0, waiting: 0, is_used: false, since: now })))
     }
 
-    /// Why and since when it is idle; `None` where a call is at work.
+    /// Returns the reason and the begin of idleness; `None` if a call is at work.
     pub(super) fn idle_since(&self) -> Option<(Idleness, Instant)> {
         let calls = self.lock();
         let why = match *calls {
@@ -60,12 +60,12 @@ impl Activity {
 #[derive(Debug)]
 pub(super) struct Call {
     activity: Arc<Activity>,
-    /// For how many reasons it waits for its client. Changed under the lock of `activity`.
+    /// Number of reasons why it waits for its client. Changed under the lock of `activity`.
     reasons: AtomicU8,
 }
 
 impl Call {
-    /// A call that is at work.
+    /// Begins a call that is at work.
     pub(super) fn begin(activity: &Arc<Activity>) -> Arc<Self> {
         let mut calls = activity.lock();
         calls.at_work += 1;
@@ -74,7 +74,7 @@ impl Call {
         Arc::new(Self { activity: Arc::clone(activity), reasons: AtomicU8::new(0) })
     }
 
-    /// It waits for its client, for one more reason.
+    /// Adds a reason why it waits for its client.
     pub(super) fn wait(&self) {
         let mut calls = self.activity.lock();
         if self.reasons.fetch_add(1, Ordering::Relaxed) == 0 {
@@ -84,7 +84,7 @@ impl Call {
         }
     }
 
-    /// A reason of [`Self::wait`] is gone.
+    /// Removes a reason of [`Self::wait`].
     pub(super) fn resume(&self) {
         let mut calls = self.activity.lock();
         if self.reasons.fetch_sub(1, Ordering::Relaxed) == 1 {
@@ -127,7 +127,7 @@ mod tests {
         let received = second().await;
         call.wait();
         assert_eq!(activity.idle_since(), Some((Idleness::WaitsForClient, received)));
-        // For two reasons at once, of which one goes.
+        // It waits for two reasons at once, of which one ends.
         second().await;
         call.wait();
         call.resume();

@@ -1,4 +1,5 @@
-//! Follows each call of a connection: who waits for whom, and how long its request may take to arrive.
+//! Follows each call of a connection: which side waits for the other, and how long its request may take to
+//! arrive.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -26,7 +27,7 @@ use simd_world::account::Account;
 use simd_world::handle::{Disconnect, Peer};
 use simd_world::unread_answers::{CALL, Reader};
 
-/// By which connection a request came.
+/// Connection of a request.
 #[derive(Clone, Debug)]
 pub(super) struct Origin {
     pub(super) peer: Peer,
@@ -34,7 +35,7 @@ pub(super) struct Origin {
     pub(super) disconnect: Disconnect,
 }
 
-/// Wraps request and answer, where the request came by a connection.
+/// Wraps request and answer, if the request arrived by a connection.
 pub(super) async fn follow(
     State((limits, handle)): State<(Connections, SimHandle)>,
     mut request: Request,
@@ -66,14 +67,14 @@ pub(super) async fn follow(
     response.map(|body| Body::new(Leaving { body, is_taken: true, call }))
 }
 
-/// Which bodies of answers are counted here.
+/// Selection of the bodies of answers that are counted here.
 #[derive(Clone, Copy, Debug)]
 enum Recount {
-    /// Those of health and metrics, which are small.
+    /// None: health and metrics are small.
     Never,
-    /// Those that no service has counted.
+    /// Bodies that no service has counted.
     Uncounted,
-    /// All: what the service counted is encoded once more on the way.
+    /// All: the front-end encodes the service's counted bytes again.
     Always,
 }
 
@@ -89,7 +90,7 @@ impl Recount {
     }
 }
 
-/// Whom answers count for that no service counts, which do not ask whose token it is.
+/// Returns the client that uncounted answers count for, regardless of its token.
 fn reader(peer: &Peer) -> Reader {
     match peer {
         Peer::Connection { number, address } => {
@@ -102,7 +103,7 @@ fn reader(peer: &Peer) -> Reader {
 
 /// Counts the bytes of an answer until its client has read them.
 fn count(handle: &SimHandle, reader: &Reader, response: Response) -> Response {
-    // Where the size is known, all of it is refused or none.
+    // An answer of known size is refused or accepted as a whole.
     let known = response.body().size_hint().exact();
     match handle.unread_answers().hold(reader, CALL + known.unwrap_or_default()) {
         Ok(unread) => response.map(|body| match known {
@@ -113,8 +114,8 @@ fn count(handle: &SimHandle, reader: &Reader, response: Response) -> Response {
     }
 }
 
-/// Whether the method takes any number of requests for as long as its client likes. Over HTTP/1.1 there is none:
-/// browsers send a request whole.
+/// Returns whether the method takes an unlimited number of requests for an unlimited time. HTTP/1.1 has none:
+/// browsers send a request as a whole.
 fn is_stream(request: &Request) -> bool {
     let media = request.headers().get(header::CONTENT_TYPE).map(|media| media.as_bytes());
     let is_web = media.is_some_and(|media| media.starts_with(b"application/grpc-web"));
@@ -124,25 +125,25 @@ fn is_stream(request: &Request) -> bool {
     let path = request.uri().path();
     let method = methods::parse_path(path).and_then(|(service, method)| methods::find(service, method));
     method.is_some_and(|method| method.takes_many)
-        // Tools keep it open from question to question.
+        // Tools keep it open between questions.
         || path.starts_with("/grpc.reflection.")
 }
 
-/// How a request must arrive.
+/// Permitted arrival of a request.
 #[derive(Clone, Copy, Debug)]
 enum Pace {
-    /// As one message, within a time and what its bytes earn.
+    /// One message, within a fixed time plus the time that its bytes earn.
     Message { time: Duration, bytes_per_second: u64 },
-    /// As messages with silence between them.
+    /// Messages with silence between them.
     Stream { silence: Duration },
 }
 
-/// The body of a request on its way to its service.
+/// Body of a request on its way to its service.
 struct Arriving {
     body: Body,
     pace: Pace,
     deadline: Instant,
-    /// There is none before the body has to be waited for, which is seldom.
+    /// Created when the body must be waited for, which is rare.
     timer: Option<Pin<Box<Sleep>>>,
     call: Arc<Call>,
 }
@@ -154,7 +155,7 @@ impl Arriving {
                 call.wait();
                 time
             }
-            // Its answers may be what the client waits for.
+            // The client may be waiting for its answers.
             Pace::Stream { silence } => silence,
         };
         Self { body, pace, deadline: Instant::now() + time, timer: None, call }
@@ -224,11 +225,11 @@ impl http_body::Body for Arriving {
     }
 }
 
-/// The body of an answer on its way to its client. It is asked for its next frame once there is room for one, so that
-/// a client that does not read is known by the silence.
+/// Body of an answer on its way to its client. The next frame is requested once there is room for one, so the
+/// silence reveals a client that does not read.
 struct Leaving {
     body: Body,
-    /// Whether the last frame is on its way.
+    /// Whether the last frame was taken.
     is_taken: bool,
     call: Arc<Call>,
 }

@@ -1,5 +1,5 @@
-//! Which connections are served: so many at one time, so many of one peer, and some that only the loopback address
-//! may have. Where there is no room the longest idle one is closed, or else the new one.
+//! Selection of the served connections: a total limit, a limit of each peer, and a reserve for the loopback
+//! addresses. If there is no room, the longest idle connection is closed, otherwise the new one is refused.
 
 #[cfg(test)]
 mod tests;
@@ -17,23 +17,23 @@ use super::activity::Activity;
 use crate::config::Connections as DaemonLimits;
 use simd_world::handle::RefusedUnanswered;
 
-/// How long a connection that is closed for idleness may take to end, so that a client that begins a call at that
-/// moment learns that it must begin it anew.
+/// Time for a connection that is closed for idleness to end. A client that begins a call at that moment thus
+/// knows that it must retry.
 const GRACE: Duration = Duration::from_secs(1);
-/// Connections that may be closing beside those that are served; the next one cuts the first.
+/// Maximum number of closing connections beside the served ones; the next one cuts the first.
 const CLOSING: usize = 32;
-/// Longest time between two looks at who is idle.
+/// Longest time between two checks for idle connections.
 const LOOK: Duration = Duration::from_secs(1);
-/// Refusals are logged no more often.
+/// Minimum time between two logged refusals.
 const LOG: Duration = Duration::from_secs(1);
 
-/// A peer that has a share of the connections.
+/// A peer with a share of the connections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Address {
-    /// 127.0.0.1 or ::1, for which some are reserved. Other loopback addresses are no program's default.
+    /// 127.0.0.1 or ::1, for which some are reserved. No program uses other loopback addresses by default.
     Loopback,
     V4(Ipv4Addr),
-    /// The first 64 bits: who has one such address has them all.
+    /// First 64 bits of an IPv6 address: the owner of one such address has them all.
     V6(u64),
 }
 
@@ -47,7 +47,7 @@ impl From<IpAddr> for Address {
     }
 }
 
-/// The connections that are served.
+/// The served connections.
 #[derive(Debug)]
 pub(super) struct Connections {
     limits: DaemonLimits,
@@ -57,9 +57,9 @@ pub(super) struct Connections {
 
 #[derive(Debug, Default)]
 struct State {
-    /// By their numbers, of which each is given once.
+    /// Connections by their unique numbers.
     open: BTreeMap<u64, Entry>,
-    /// When a refusal was logged for the last time, and how many came since.
+    /// Time of the last logged refusal, and the number of refusals since.
     logged: Option<Instant>,
     unlogged: u64,
 }
@@ -76,25 +76,25 @@ struct Entry {
     closing_since: Option<Instant>,
 }
 
-/// How many connections of one kind there may be.
+/// Maximum numbers of connections of one kind.
 #[derive(Clone, Copy, Debug)]
 struct Shares {
     all: usize,
-    /// Of all but the loopback address.
+    /// Maximum number of all peers except the loopback addresses.
     others: usize,
     peer: usize,
 }
 
-/// The slot of a connection that is served.
+/// Slot of a served connection.
 #[derive(Debug)]
 pub(super) struct Slot {
     connections: Arc<Connections>,
-    /// No other connection has it.
+    /// Number, which no other connection has.
     pub(super) number: u64,
     pub(super) activity: Arc<Activity>,
-    /// The task that serves the connection ends it then.
+    /// Cancelled to make the connection's task end it.
     pub(super) end: CancellationToken,
-    /// The connection ends at once then, and it is set when it has ended.
+    /// Cancelled to end the connection at once, and when it has ended.
     pub(super) cut: CancellationToken,
 }
 
@@ -110,7 +110,7 @@ pub(super) enum Full {
 }
 
 impl Connections {
-    /// None yet; those that are refused are counted there.
+    /// Makes an empty set; `refused` counts refusals.
     pub(super) fn new(limits: DaemonLimits, refused: Arc<RefusedUnanswered>) -> Arc<Self> {
         Arc::new(Self { limits, state: Mutex::default(), refused })
     }
@@ -123,20 +123,20 @@ impl Connections {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Of connections of any kind.
+    /// Returns the shares of connections of any kind.
     fn shares(&self) -> Shares {
         let DaemonLimits { max, max_per_peer, loopback_reserve, .. } = self.limits;
         Shares { all: max, others: max - loopback_reserve, peer: max_per_peer }
     }
 
-    /// Of connections of HTTP/1.1: in proportion, and each has one.
+    /// Returns the shares of HTTP/1.1 connections: in proportion, and at least one each.
     fn http1_shares(&self) -> Shares {
         let shares = self.shares();
         let part = |share: usize| (share * self.limits.max_http1 / shares.all).max(1);
         Shares { all: self.limits.max_http1, others: part(shares.others), peer: part(shares.peer) }
     }
 
-    /// Takes in a connection of this address; `number` is its own. Lets it end with `draining`.
+    /// Admits a connection from this address with a number. It ends with `draining`.
     pub(super) fn admit(
         self: &Arc<Self>,
         number: u64,
@@ -146,7 +146,7 @@ impl Connections {
         let now = Instant::now();
         let mut state = self.lock();
         let room = state.make_room(address, self.shares(), now, |_| true);
-        // Those that were cut are there until their tasks have run.
+        // Cut connections exist until their tasks have run.
         let is_crowded = state.open.len() >= self.limits.max + 2 * CLOSING;
         if let Err(full) = room.and(if is_crowded { Err(Full::All) } else { Ok(()) }) {
             self.refused.connections.fetch_add(1, Ordering::Relaxed);
@@ -166,13 +166,13 @@ impl Connections {
         Ok(slot)
     }
 
-    /// How many there are.
+    /// Returns the number of connections.
     #[cfg(test)]
     pub(super) fn count(&self) -> usize {
         self.lock().open.len()
     }
 
-    /// The idle ones.
+    /// Returns the idle ones.
     #[cfg(test)]
     pub(super) fn idle(&self) -> Vec<u64> {
         let state = self.lock();
@@ -196,7 +196,7 @@ impl Slot {
         &self.connections.limits
     }
 
-    /// Its client speaks HTTP/1.1, for which there are fewer slots.
+    /// Notes that its client speaks HTTP/1.1, which has fewer slots.
     pub(super) fn becomes_http1(&self) -> Result<(), Full> {
         let now = Instant::now();
         let mut state = self.connections.lock();
@@ -219,7 +219,7 @@ impl Drop for Slot {
 }
 
 impl State {
-    /// Sees to it that there is room for one more of the kind `is_meant`.
+    /// Makes room for another connection of the kind `is_meant`.
     fn make_room(
         &mut self,
         address: Address,
@@ -235,7 +235,7 @@ impl State {
         self.hold_to(shares.all, Full::All, now, is_meant)
     }
 
-    /// Where a group has all of its slots, closes the one in it that is idle for longest.
+    /// If a group uses all of its slots, closes its longest idle connection.
     fn hold_to(
         &mut self,
         slots: usize,
@@ -262,7 +262,7 @@ impl State {
         }
     }
 
-    /// Cuts those that are closing for longest, where they are too many.
+    /// Cuts the connections that have been closing longest, if there are too many.
     fn hold_closing(&self) {
         let mut closing: Vec<_> =
             self.open.values().filter(|entry| !entry.cut.is_cancelled()).filter_map(closing).collect();

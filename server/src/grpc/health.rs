@@ -1,5 +1,5 @@
-//! `grpc.health.v1`: serving as long as the physics thread gets on, until the daemon drains. Unlike the service that
-//! tonic-health brings, its streams end then, so that a watcher holds up no shutdown.
+//! `grpc.health.v1`: serving while the physics thread makes progress, until the daemon drains. Unlike with
+//! tonic-health, streams end at the drain, so that a watcher delays no shutdown.
 
 use std::future::ready;
 use std::time::{Duration, Instant};
@@ -14,10 +14,10 @@ use tonic_health::pb::{HealthCheckRequest, HealthCheckResponse};
 use simd_api::service::BoxStream;
 use simd_world::SimHandle;
 
-/// Between two looks for one who watches.
+/// Time between two checks for a watcher.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Says whether the daemon serves.
+/// Reports whether the daemon serves.
 #[derive(Clone, Debug)]
 pub(super) struct HealthService {
     handle: SimHandle,
@@ -28,7 +28,7 @@ impl HealthService {
         Self { handle }
     }
 
-    /// Of a service by name; empty for the daemon as a whole.
+    /// Returns the status of a service by name; an empty name means the whole daemon.
     fn status(&self, service: &str) -> Option<ServingStatus> {
         let serving = match self.handle.readiness(Instant::now()) {
             Ok(()) => ServingStatus::Serving,
@@ -39,7 +39,7 @@ impl HealthService {
         is_known.then_some(serving)
     }
 
-    /// The next status of a service that is not the `last` one; `None` once the daemon drains.
+    /// Returns the next status of a service that differs from `last`; `None` once the daemon drains.
     async fn next(&self, service: &str, last: ServingStatus) -> Option<ServingStatus> {
         let draining = self.handle.draining();
         while tokio::time::timeout(LOOK, draining.cancelled()).await.is_err() {

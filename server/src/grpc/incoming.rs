@@ -1,4 +1,4 @@
-//! The connections as they come: accepted, taken in or refused, and distinguished by the HTTP that they speak.
+//! Arriving connections: accepted, admitted or refused, and distinguished by their HTTP version.
 
 use std::io;
 use std::net::IpAddr;
@@ -19,21 +19,21 @@ use super::calls::Origin;
 use super::connections::{Address, Connections, Slot};
 use simd_world::handle::{Disconnect, Peer};
 
-/// How long nothing is accepted after an error: most, such as too many open
-/// files, are still there at once.
+/// Pause after an error of accepting: most causes, such as too many open files, persist for a while.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-/// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
-/// find out whether the client is there.
+/// First bytes of each HTTP/2 client (RFC 9113, 3.4). Later, keepalive finds out whether the client is still
+/// connected.
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 
-/// Who looks after the daemon asks these of a new connection.
+/// First requests of health checks and scrapers on a new connection.
 const HEALTH: [&[u8]; 4] = [b"GET /healthz", b"GET /readyz", b"GET /metrics", b"HEAD /healthz"];
 
-/// Connections that were accepted by this process.
+/// Number of connections that this process has accepted.
 static ACCEPTED: AtomicU64 = AtomicU64::new(0);
 
-/// Accepts from `source`, for as long as it lasts, and serves what there is room for; the rest is closed. Accepting
-/// goes on where there is none, since a client may come for which a slot is reserved. Errors of accepting are logged.
+/// Accepts from `source`, for as long as it lasts, and serves connections while there is room; others are
+/// closed. It also accepts without room, since a client with a reserved slot may connect. Errors of accepting
+/// are logged.
 pub(super) async fn accept<S, T>(
     mut source: S,
     connections: &Arc<Connections>,
@@ -63,17 +63,17 @@ pub(super) async fn accept<S, T>(
     }
 }
 
-/// What a connection without TLS begins with.
+/// Kind of a plain connection's first request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FirstRequest {
-    /// The question whether the daemon is well.
+    /// A health check.
     Health,
     Other,
-    /// It did not come in time.
+    /// No request in time.
     Nothing,
 }
 
-/// Looks at the first bytes of a connection, which stay to be read.
+/// Peeks at the first bytes of a connection, which remain to be read.
 pub(super) async fn first_request(io: &TcpStream, time: Duration) -> FirstRequest {
     let mut bytes = [0; 16];
     match tokio::time::timeout(time, io.peek(&mut bytes)).await {
@@ -88,48 +88,48 @@ pub(super) async fn first_request(io: &TcpStream, time: Duration) -> FirstReques
     }
 }
 
-/// A connection with its slot among those that are served.
+/// A connection with its slot.
 #[derive(Debug)]
 pub(super) struct Connection<T> {
     io: T,
     speaks: Speaks,
     is_cut: Pin<Box<WaitForCancellationFutureOwned>>,
-    /// Where it comes from.
+    /// Address of the client.
     address: IpAddr,
     /// Dropped after `io`, so that there are never more connections than slots.
     slot: Slot,
 }
 
-/// What is known of the other side.
+/// Protocol of the other side.
 #[derive(Debug)]
 enum Speaks {
-    /// It sent so many bytes of the preface.
+    /// Unknown: the first `sent` bytes match the preface.
     Opening { sent: usize, deadline: Pin<Box<Sleep>> },
-    /// HTTP/2: it began as that must.
+    /// HTTP/2: it sent the preface.
     Http2,
-    /// Anything else, which is served as HTTP/1.1.
+    /// Any other protocol, served as HTTP/1.1.
     Http1 { deadline: Pin<Box<Sleep>>, silence: Duration },
 }
 
 impl<T> Connection<T> {
-    /// Its deadlines are of the runtime that this is called on.
+    /// Makes a connection, with deadlines on the calling runtime.
     pub(super) fn new(io: T, slot: Slot, address: IpAddr) -> Self {
         let deadline = Box::pin(tokio::time::sleep(slot.limits().begin));
         let is_cut = Box::pin(slot.cut.clone().cancelled_owned());
         Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, address, slot }
     }
 
-    /// Set when it shall take no more calls.
+    /// Returns the token that is cancelled when it must take no more calls.
     pub(super) fn end(&self) -> CancellationToken {
         self.slot.end.clone()
     }
 
-    /// Set once it has ended.
+    /// Returns the token that is cancelled once it has ended.
     pub(super) fn ended(&self) -> CancellationToken {
         self.slot.cut.clone()
     }
 
-    /// Whether it was cut, or nothing came or went for too long.
+    /// Returns an error if it was cut, or had no traffic for too long.
     fn check(&mut self, context: &mut Context<'_>) -> io::Result<()> {
         if self.is_cut.as_mut().poll(context).is_ready() {
             return Err(io::Error::new(io::ErrorKind::ConnectionAborted, "closed for idleness"));
@@ -137,7 +137,7 @@ impl<T> Connection<T> {
         self.speaks.check(context)
     }
 
-    /// The result of writing, after a look at the time.
+    /// Returns the result of a write, and restarts the deadline.
     fn wrote(
         &mut self,
         polled: Poll<io::Result<usize>>,
@@ -152,7 +152,7 @@ impl<T> Connection<T> {
 }
 
 impl Speaks {
-    /// Looks at the next bytes of the other side.
+    /// Examines the next bytes of the other side.
     fn heard(&mut self, bytes: &[u8], slot: &Slot) -> io::Result<()> {
         let Self::Opening { sent, .. } = self else {
             self.moved();
@@ -173,14 +173,14 @@ impl Speaks {
         Ok(())
     }
 
-    /// Something went over the connection.
+    /// Restarts the deadline after traffic.
     fn moved(&mut self) {
         if let Self::Http1 { deadline, silence, .. } = self {
             deadline.as_mut().reset(Instant::now() + *silence);
         }
     }
 
-    /// Whether nothing came or went for too long.
+    /// Returns an error if there was no traffic for too long.
     fn check(&mut self, context: &mut Context<'_>) -> io::Result<()> {
         let (deadline, sentence) = match self {
             Self::Http2 => return Ok(()),
@@ -245,7 +245,7 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Connection<T> {
     }
 }
 
-/// Requests come with it to [`super::calls::follow`].
+/// [`super::calls::follow`] gets it with each request.
 impl<T> Connected for Connection<T> {
     type ConnectInfo = Origin;
 

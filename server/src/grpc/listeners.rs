@@ -1,4 +1,4 @@
-//! Where connections come in: a port, and a Unix socket beside it for clients of the same machine.
+//! Listeners: a port, and optionally a Unix socket for clients of the same machine.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
@@ -10,30 +10,30 @@ use tokio::net::{TcpListener, TcpStream, UnixListener, UnixStream};
 use tokio_stream::{Stream, StreamExt as _};
 use tonic::transport::server::TcpIncoming;
 
-/// How often a silent connection is asked by the kernel whether its other side is there, and after how long.
+/// Time of silence before the kernel probes a connection, and between two probes.
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
-/// How many of the kernel's questions may stay without an answer: then the other side is gone.
+/// Number of unanswered probes after which the other side counts as gone.
 const KEEPALIVE_PROBES: u32 = 3;
 
-/// Who may open a Unix socket, whatever the umask: the daemon's user and its group.
+/// Mode of a Unix socket, regardless of the umask: the daemon's user and its group.
 const SOCKET_MODE: u32 = 0o660;
 
-/// Connections that may wait at a Unix socket until they are accepted.
+/// Number of connections that may wait at a Unix socket to be accepted.
 const WAITING: u32 = 1024;
-/// Bytes of the path of a Unix socket at the most: one fewer than `sockaddr_un` has room for.
+/// Maximum length of a Unix socket's path, bytes: one less than `sockaddr_un` holds.
 const LONGEST_PATH: usize = 107;
 
-/// Where connections come in.
+/// Listeners of a daemon.
 #[derive(Debug)]
 pub struct Listeners {
-    /// gRPC, gRPC-Web and the page.
+    /// Listener of gRPC, gRPC-Web and the page.
     pub tcp: TcpListener,
-    /// The same without TLS: who may open the file is for its permissions to say.
+    /// Listener of the same without TLS: the file's permissions control access.
     pub unix: Option<UnixSocket>,
 }
 
 impl Listeners {
-    /// The same, on the runtime that this is called on.
+    /// Moves the listeners to the calling runtime.
     pub(super) fn moved_here(self) -> io::Result<Self> {
         let Self { tcp, unix } = self;
         Ok(Self {
@@ -43,7 +43,7 @@ impl Listeners {
     }
 }
 
-/// A Unix socket, whose file goes with it.
+/// A Unix socket, whose file is deleted with it.
 #[derive(Debug)]
 pub struct UnixSocket {
     listener: UnixListener,
@@ -54,33 +54,34 @@ pub struct UnixSocket {
 #[derive(Debug)]
 struct SocketFile {
     path: PathBuf,
-    /// Device and number, by which it is distinguished from one that another process has put there since.
+    /// Device and inode, which distinguish it from a later file of another process.
     identity: (u64, u64),
 }
 
 impl UnixSocket {
-    /// Makes the file. One that a daemon has left that was killed is replaced.
+    /// Makes the socket. It replaces a file that a killed daemon left behind.
     ///
     /// # Errors
-    /// Returns an error if a process listens there, another file is there, or the file cannot be made: in words that say what to do.
+    /// Returns an error with a remedy if a process listens there, another file exists there, or the file
+    /// cannot be created.
     pub fn bind(path: &Path) -> io::Result<Self> {
         if is_abandoned(path) {
             std::fs::remove_file(path)?;
         }
         let socket = tokio::net::UnixSocket::new_stream()?;
         socket.bind(path).map_err(|error| explained(path, error))?;
-        // Before it listens, so that no other user comes in meanwhile.
+        // Set before it listens, so that no other user connects in between.
         std::fs::set_permissions(path, std::fs::Permissions::from_mode(SOCKET_MODE))?;
         let file = SocketFile { path: path.to_owned(), identity: identity(path)? };
         Ok(Self { listener: socket.listen(WAITING)?, _file: file })
     }
 
-    /// The same, on the runtime that this is called on.
+    /// Moves the socket to the calling runtime.
     fn moved_here(self) -> io::Result<Self> {
         Ok(Self { listener: UnixListener::from_std(self.listener.into_std()?)?, ..self })
     }
 
-    /// Connections, which count as some from the loopback address.
+    /// Returns its connections, which count as connections from the loopback address.
     pub(super) fn accepted(
         &mut self,
     ) -> impl Stream<Item = io::Result<(UnixStream, IpAddr)>> + Unpin + use<'_> {
@@ -99,7 +100,7 @@ impl Drop for SocketFile {
     }
 }
 
-/// Why no socket can be made there, and what to do, where the system's words do not say it.
+/// Adds a remedy to errors whose text from the system does not explain it.
 fn explained(path: &Path, error: io::Error) -> io::Error {
     let is_folder = |folder: &Path| folder.as_os_str().is_empty() || folder.is_dir();
     let length = path.as_os_str().len();
@@ -127,7 +128,7 @@ fn is_socket(path: &Path) -> bool {
     std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket())
 }
 
-/// Whether this is a socket at which no process listens.
+/// Returns whether this is a socket at which no process listens.
 fn is_abandoned(path: &Path) -> bool {
     let refuses = || {
         let connected = std::os::unix::net::UnixStream::connect(path);
@@ -140,7 +141,7 @@ fn identity(path: &Path) -> io::Result<(u64, u64)> {
     std::fs::symlink_metadata(path).map(|file| (file.dev(), file.ino()))
 }
 
-/// Connections over TCP, with the addresses that they come from.
+/// Returns connections over TCP, with the clients' addresses.
 pub(super) fn accepted(listener: TcpListener) -> impl Stream<Item = io::Result<(TcpStream, IpAddr)>> + Unpin {
     let accepted = TcpIncoming::from(listener)
         .with_nodelay(Some(true))
@@ -148,15 +149,15 @@ pub(super) fn accepted(listener: TcpListener) -> impl Stream<Item = io::Result<(
         .with_keepalive_interval(Some(KEEPALIVE_INTERVAL))
         .with_keepalive_retries(Some(KEEPALIVE_PROBES));
     accepted.filter_map(|accepted| match accepted {
-        // Where there is no address the other side is gone already.
+        // A connection without an address has already ended.
         Ok(io) => io.peer_addr().ok().map(|address| Ok((io, address.ip()))),
         Err(error) => Some(Err(error)),
     })
 }
 
-/// A connection that may be taken to another runtime.
+/// A connection that can be moved to another runtime.
 pub(super) trait Movable: Send + 'static {
-    /// The same connection, on the runtime that this is called on.
+    /// Moves the connection to the calling runtime.
     fn moved_here(self) -> io::Result<Self>
     where
         Self: Sized;
@@ -182,7 +183,7 @@ mod tests {
     async fn a_socket_that_was_left_behind_is_replaced_and_one_in_use_is_not() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("simd.sock");
-        // The standard library's listener leaves its file.
+        // The standard library's listener does not delete its file.
         drop(std::os::unix::net::UnixListener::bind(&path).unwrap());
         let first = UnixSocket::bind(&path).unwrap();
         assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, SOCKET_MODE);

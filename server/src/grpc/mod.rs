@@ -1,9 +1,10 @@
-//! The gRPC front-end: the services over HTTP/2, on one port with health and reflection, and
-//! beside them what browsers get.
+//! The gRPC front-end: the services over HTTP/2, with health and reflection, and the browser's routes, on one
+//! port.
 //!
-//! * `listeners`: where connections come in. `tls`: what one is before HTTP. `incoming`: connections as they come. `connections`: which of them are served, and how long.
+//! * `listeners`: the port and the Unix socket. `tls`: a connection before HTTP. `incoming`: arriving
+//!   connections. `connections`: selection and duration of served ones.
 //! * `threads`: the threads that serve them.
-//! * `calls`: what each call does for its connection; `activity`: what that makes of the connection.
+//! * `calls`: effects of each call on its connection; `activity`: the connection's idleness.
 //! * `health`: whether the daemon serves.
 
 mod activity;
@@ -46,15 +47,14 @@ use simd_api::service::routes;
 use simd_world::SimHandle;
 use simd_world::handle::Transport;
 
-/// How long streams and calls may take to end once the daemon drains.
+/// Maximum time for streams and calls to end once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_secs(2);
-/// How often a silent connection gets a ping, and how long it may take to answer.
+/// Time of silence before a ping, and for its answer.
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Serves until the daemon drains: then takes no more connections, lets every
-/// stream end with OK, and returns when all calls have ended or after two seconds.
-/// It is spawned on the door of the threads.
+/// Serves until the daemon drains. Then it accepts no more connections, lets every stream end with OK, and
+/// returns when all calls have ended or after two seconds. It is spawned on the door of the threads.
 pub async fn serve(
     threads: FrontEndThreads,
     handle: SimHandle,
@@ -127,8 +127,8 @@ async fn serve_within(
     }
 }
 
-/// What answers the calls of each connection, and what answers a connection at the door: its first request alone, since the next
-/// may be any.
+/// Returns the router for the calls of each connection, and the router for health checks at the door. The
+/// latter serves a connection's first request only, since the next may be any.
 fn servers(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> (Router, Router) {
     let services = with_reflection(with_health(routes(handle, Transport::Grpc), handle));
     let routes = http::beside(services.into_axum_router(), handle, page);
@@ -142,8 +142,8 @@ fn servers(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> (R
 
 fn tonic_server(routes: axum::Router, handle: &SimHandle, limits: DaemonLimits) -> Router {
     let routes = routes.layer(middleware::from_fn_with_state((limits, handle.clone()), calls::follow));
-    // There is no timeout here, since it would cut streams; and windows are left
-    // as they are, since small ones make h2 drop connections that carry small states.
+    // Without a timeout, which would cut streams. Windows keep their defaults, since small ones make h2 drop
+    // connections that carry small states.
     Server::builder()
         .http2_keepalive_interval(Some(KEEPALIVE_INTERVAL))
         .http2_keepalive_timeout(Some(KEEPALIVE_TIMEOUT))
@@ -154,8 +154,8 @@ fn tonic_server(routes: axum::Router, handle: &SimHandle, limits: DaemonLimits) 
         .add_routes(routes.into())
 }
 
-/// Serves one connection until it ends. tonic lets connections end (in HTTP/2 by GOAWAY) all at once, when its server
-/// does: so each has a server of its own.
+/// Serves one connection until it ends. tonic ends connections (in HTTP/2 by GOAWAY) all at once, with its
+/// server: so each has a separate server.
 async fn serve_one(server: Router, connection: io::Result<Connection<Wire>>) {
     let connection = match connection {
         Ok(connection) => connection,
@@ -163,7 +163,7 @@ async fn serve_one(server: Router, connection: io::Result<Connection<Wire>>) {
     };
     let (end, ended) = (connection.end(), connection.ended());
     let one = tokio_stream::once(Ok::<_, Infallible>(connection));
-    // The server lets its connections end where there will be no more of them.
+    // The server ends its connections once no more will follow.
     let no_more = ended.cancelled_owned().into_stream().filter_map(|()| None);
     if let Err(error) = server.serve_with_incoming_shutdown(one.chain(no_more), end.cancelled()).await {
         tracing::error!("a connection cannot be served: {error}");
@@ -175,7 +175,7 @@ fn with_health(routes: Routes, handle: &SimHandle) -> Routes {
     routes.add_service(HealthServer::new(health::HealthService::new(handle.clone())))
 }
 
-/// Adds reflection in the version that tools use today and in the one before, which many still use.
+/// Adds reflection in its present version, and in the previous one, which many tools still use.
 fn with_reflection(routes: Routes) -> Routes {
     let schema = || {
         tonic_reflection::server::Builder::configure()

@@ -1,4 +1,4 @@
-//! The front-end over a real connection: a daemon without its configuration, on a port of its own.
+//! The front-end over a real connection: a daemon without its configuration, on a separate port.
 
 mod control;
 mod door;
@@ -109,7 +109,7 @@ fn shoulder() -> v1::JointSelection {
     v1::JointSelection { robot: "arm".into(), joints: vec!["shoulder".into()] }
 }
 
-/// The shoulder's target, for one robot.
+/// Returns the shoulder's target, for one robot.
 fn move_shoulder(robot: &str, position: f64) -> Vec<v1::RobotTargets> {
     let target = v1::PositionTarget { position, ..Default::default() };
     let target = v1::JointTarget {

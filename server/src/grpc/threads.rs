@@ -1,8 +1,8 @@
-//! The threads that serve connections. Each has a runtime of its own, and a connection stays on one of them to its end, so that
-//! what it asks is read, done and answered without a hand-over from thread to thread.
+//! Threads that serve connections. Each has its own runtime, and a connection stays on one of them to its
+//! end. So a request is read, executed and answered without a switch of threads.
 //!
-//! One more thread is the door: it accepts connections, and answers those that ask whether the daemon is well. No call is made
-//! there, so that it is never busy.
+//! Another thread is the door: it accepts connections, and answers health checks. It makes no calls, so that
+//! it is never busy.
 
 use std::future::Future;
 use std::io;
@@ -12,10 +12,10 @@ use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 use tokio_util::task::TaskTracker;
 
-/// So many at the most: what a connection asks is done by the physics thread or by those for long work.
+/// Maximum number: the physics thread and the threads for long work execute most requests.
 const MOST: usize = 8;
 
-/// Threads for connections; they end when this is dropped, and cut what they serve.
+/// Threads for connections; dropping this ends them, and cuts their connections.
 #[derive(Debug)]
 pub struct FrontEndThreads {
     threads: Vec<FrontEndThread>,
@@ -25,42 +25,42 @@ pub struct FrontEndThreads {
 #[derive(Debug)]
 struct FrontEndThread {
     handle: Handle,
-    /// Each connection that it serves has one of these too.
+    /// Each served connection holds a clone.
     serving: Arc<()>,
-    /// Dropped when the thread is to end.
+    /// Dropped to end the thread.
     _end: Option<oneshot::Sender<()>>,
 }
 
 impl FrontEndThreads {
-    /// One for each processor.
+    /// Starts a thread for each processor.
     ///
     /// # Errors
-    /// Returns an error if the system gives no threads.
+    /// Returns an error if the system refuses threads.
     pub fn start() -> io::Result<Self> {
         let count = std::thread::available_parallelism().map_or(1, usize::from).min(MOST);
         let threads = (0..count).map(|index| FrontEndThread::start(format!("front-end-{index}")));
         Ok(Self { threads: threads.collect::<io::Result<_>>()?, door: FrontEndThread::start("door".into())? })
     }
 
-    /// The runtime that connections are accepted on.
+    /// Returns the runtime that accepts connections.
     pub fn door(&self) -> &Handle {
         &self.door.handle
     }
 
-    /// Threads that serve connections.
+    /// Returns the number of threads that serve connections.
     #[cfg(test)]
     pub(super) fn count(&self) -> usize {
         self.threads.len()
     }
 
-    /// The runtime that tests run on, whose time they hold.
+    /// Uses the calling runtime, whose time tests control.
     #[cfg(test)]
     pub(super) fn of_this_runtime() -> Self {
         let thread = || FrontEndThread { handle: Handle::current(), serving: Arc::default(), _end: None };
         Self { threads: vec![thread()], door: thread() }
     }
 
-    /// Serves a connection on the thread that has the fewest.
+    /// Serves a connection on the thread with the fewest connections.
     pub(super) fn serve(&self, serving: &TaskTracker, connection: impl Future<Output = ()> + Send + 'static) {
         let Some(thread) = self.threads.iter().min_by_key(|thread| Arc::strong_count(&thread.serving)) else {
             return;
@@ -76,12 +76,12 @@ impl FrontEndThreads {
 
 impl FrontEndThread {
     fn start(name: String) -> io::Result<Self> {
-        // Nothing that waits for long is started there.
+        // No long blocking work is started there.
         let runtime = Builder::new_current_thread().enable_all().max_blocking_threads(1).build()?;
         let handle = runtime.handle().clone();
         let (end, ended) = oneshot::channel();
         std::thread::Builder::new().name(name).spawn(move || {
-            // Never sent, so that this returns when the other end is dropped.
+            // Nothing is ever sent: this returns when the other end is dropped.
             let _ = runtime.block_on(ended);
             runtime.shutdown_background();
         })?;

@@ -1,4 +1,4 @@
-//! TLS: what a connection is before HTTP.
+//! TLS: the part of a connection before HTTP.
 
 use std::io;
 use std::path::Path;
@@ -19,7 +19,7 @@ use tokio_rustls::{Accept, TlsAcceptor};
 
 use crate::config::TlsFiles;
 
-/// The certificate that connections are served with.
+/// Certificate of the served connections.
 #[derive(Debug)]
 pub struct Tls {
     files: TlsFiles,
@@ -27,19 +27,19 @@ pub struct Tls {
 }
 
 impl Tls {
-    /// With the certificate in these files.
+    /// Reads the certificate in these files.
     ///
     /// # Errors
-    /// Returns an error if a file cannot be read, or they do not belong together; a sentence.
+    /// Returns a sentence if a file cannot be read, or they do not belong together.
     pub fn read(files: TlsFiles) -> Result<Self, String> {
         let config = ArcSwap::new(Arc::new(config(&files)?));
         Ok(Self { files, config })
     }
 
-    /// Reads the files anew; connections that are there stay as they are.
+    /// Reads the files again; present connections are unchanged.
     ///
     /// # Errors
-    /// As [`read`](Self::read); then the certificate is as before.
+    /// As [`read`](Self::read); then the certificate is unchanged.
     pub fn reload(&self) -> Result<(), String> {
         self.config.store(Arc::new(config(&self.files)?));
         Ok(())
@@ -93,10 +93,10 @@ fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, String> {
     }
 }
 
-/// A connection, with TLS or without. The handshake is part of the first reading, and so has its deadline.
+/// A connection, with TLS or without. The handshake is part of the first read, and so has its deadline.
 pub(super) enum Wire {
     Plain(TcpStream),
-    /// Without TLS: nothing of it leaves the machine.
+    /// Without TLS: it does not leave the machine.
     Unix(UnixStream),
     Handshake(Box<Accept<TcpStream>>),
     Tls(Box<TlsStream<TcpStream>>),
@@ -155,7 +155,7 @@ impl AsyncWrite for Wire {
             Self::Plain(io) => Pin::new(io).poll_flush(context),
             Self::Unix(io) => Pin::new(io).poll_flush(context),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_flush(context),
-            // Nothing was written.
+            // Nothing was written yet.
             Self::Handshake(_) => Poll::Ready(Ok(())),
         }
     }

@@ -1,5 +1,5 @@
-//! The page in the browser, as files in memory: the viewer that was built into this binary,
-//! or the page that stands in for it.
+//! The page in the browser, as files in memory: the viewer that was built into this binary, or a simpler
+//! page.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use rust_embed::RustEmbed;
 
 use super::caching;
 
-/// What `npm run build` in `client/web` made, where it did.
+/// Output of `npm run build` in `client/web`, if it was run.
 #[derive(RustEmbed)]
 #[folder = "../client/web/dist"]
 #[allow_missing = true]
@@ -29,14 +29,14 @@ pub struct Bundle {
 #[derive(Clone, Debug)]
 struct File {
     bytes: Bytes,
-    /// The same, as `Content-Encoding: gzip` has it.
+    /// Bytes as `Content-Encoding: gzip`.
     gzip: Option<Bytes>,
-    /// Of `bytes`.
+    /// ETag of `bytes`.
     tag: HeaderValue,
 }
 
 impl Bundle {
-    /// The viewer; where the binary was built without it, [`Bundle::fallback`].
+    /// Returns the viewer; in a binary without it, [`Bundle::fallback`].
     pub fn embedded() -> Self {
         if !Self::is_built() {
             return Self::fallback();
@@ -45,12 +45,12 @@ impl Bundle {
         Self::of(Viewer::iter().filter_map(file))
     }
 
-    /// Whether the viewer was built into this binary.
+    /// Returns whether the viewer was built into this binary.
     pub fn is_built() -> bool {
         Viewer::get(INDEX).is_some()
     }
 
-    /// A page without a scene: tables of joints.
+    /// Returns a page without a scene: tables of joints.
     pub fn fallback() -> Self {
         let files: [(&str, &'static [u8]); 3] = [
             (INDEX, include_bytes!("fallback/index.html")),
@@ -60,7 +60,7 @@ impl Bundle {
         Self::of(files.map(|(path, bytes)| (path.to_owned(), bytes.into())))
     }
 
-    /// Files by path. `FILE.gz` is the same file as `FILE`, compressed.
+    /// Makes a bundle of files by path. `FILE.gz` is `FILE`, compressed.
     fn of(files: impl IntoIterator<Item = (String, Cow<'static, [u8]>)>) -> Self {
         let mut all: BTreeMap<String, Bytes> = files
             .into_iter()
@@ -84,15 +84,15 @@ impl Bundle {
         Self { files: files.collect() }
     }
 
-    /// The answer to a request for `/PATH`; `None` where there is no such file. The path is
-    /// looked up in the table as it is, and means nothing to any disk.
+    /// Returns the answer to a request for `/PATH`; `None` if there is no such file. The path is looked up in
+    /// the table unchanged, and is never a path of a disk.
     pub(super) fn answer(&self, path: &str, asked: &HeaderMap) -> Option<Response<Body>> {
         let path = if path.is_empty() { INDEX } else { path };
         let file = self.files.get(path)?;
         let mut response = Response::new(Body::empty());
         let headers = response.headers_mut();
         headers.insert(header::ETAG, file.tag.clone());
-        // The build tool puts a hash of the content into the name of all but the page itself.
+        // The build tool adds a hash of the content to the names of all files except the page itself.
         let lasts = if path.starts_with("assets/") { caching::IMMUTABLE } else { caching::CHECKED };
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(lasts));
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type(path)));
@@ -113,7 +113,7 @@ impl Bundle {
     }
 }
 
-/// By what a file's name ends in.
+/// Returns the media type by the extension of a file's name.
 fn media_type(path: &str) -> &'static str {
     match path.rsplit_once('.').map(|(_, extension)| extension) {
         Some("html") => "text/html; charset=utf-8",

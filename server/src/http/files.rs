@@ -1,4 +1,4 @@
-//! Meshes and colliders as glTF, and files as they were sent, each by its hash.
+//! Meshes and colliders as glTF, and uploaded files unchanged, each by its hash.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use super::login;
 use super::{Page, caching, refused};
 use simd_world::handle::MeshKey;
 
-/// For untrusted files: a browser shows it, if at all, as a document that can do nothing.
+/// Policy for untrusted files: a browser shows one, if at all, as a document without any rights.
 pub(super) const SANDBOX: &str = "default-src 'none'; sandbox; frame-ancestors 'none'";
 
 /// `GET /meshes/SHA256.glb`: a mesh that a robot uses, as binary glTF.
@@ -38,7 +38,8 @@ pub(super) async fn collider(
     gltf_of(&page, &name, MeshKey::Collider, missing, &asked).await
 }
 
-/// What is said where the name is no hash, and where there is nothing of that hash, is `missing`.
+/// Returns the glTF of a file name. `missing` is the answer if the name is not a hash, or there is no such
+/// glTF.
 async fn gltf_of(
     page: &Page,
     name: &str,
@@ -55,7 +56,7 @@ fn hash_of(name: &str) -> Option<Sha256> {
     name.strip_suffix(".glb").and_then(Sha256::parse)
 }
 
-/// `None` where there is no such mesh.
+/// Returns a glTF; `None` if there is no such mesh.
 async fn gltf(page: &Page, key: MeshKey, sha256: Sha256, asked: &HeaderMap) -> Option<Response<Body>> {
     let tag = caching::tag(&format!("{sha256}glb"));
     if caching::has(asked, &tag) {
@@ -71,7 +72,7 @@ async fn gltf(page: &Page, key: MeshKey, sha256: Sha256, asked: &HeaderMap) -> O
     }
 }
 
-/// `GET /assets/SHA256.EXTENSION`: a file as it was sent; else a file of the page.
+/// `GET /assets/SHA256.EXTENSION`: an unchanged file of a robot, otherwise a file of the page.
 pub(super) async fn asset(
     State(page): State<Arc<Page>>,
     Path(name): Path<String>,
@@ -83,7 +84,7 @@ pub(super) async fn asset(
         let file = page.bundle.answer(&format!("assets/{name}"), asked);
         return file.unwrap_or_else(|| not_found("there is no such file"));
     };
-    // The page's own files are for everybody, those of robots are not.
+    // The page's own files are public, but robots' files are not.
     if let Err(refusal) = login::admit(&page.handle, &request) {
         return refusal;
     }
@@ -102,7 +103,7 @@ pub(super) async fn asset(
     }
 }
 
-/// Of what robots are made of. Nothing that a browser would run.
+/// Returns the media type of a robot's file, never one that a browser would run.
 fn media_type(extension: &str) -> &'static str {
     match extension.to_ascii_lowercase().as_str() {
         "stl" => "model/stl",

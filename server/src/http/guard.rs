@@ -1,8 +1,8 @@
-//! Who may ask, and what browsers must keep to.
+//! Access checks for browsers, and their security headers.
 //!
-//! A page of another site must not reach the daemon through the browser of a user who can: not
-//! by a name that its owner points at 127.0.0.1 (DNS rebinding), which `Host` gives away, and not by
-//! asking across sites, which `Origin` gives away. Programs that speak gRPC are no browsers.
+//! A page of another site must not reach the daemon through a user's browser. It could use a name that its
+//! owner points at 127.0.0.1 (DNS rebinding), which `Host` reveals, or a cross-site request, which `Origin`
+//! reveals. Programs that speak gRPC are not browsers.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -16,21 +16,21 @@ use axum::response::{IntoResponse, Response};
 
 use simd_world::handle::Transport;
 
-/// The page loads and asks its own daemon alone. three.js makes pictures of its own and reads those within meshes
-/// (`blob:`, of the page itself), and small ones come within style sheets (`data:`).
+/// Policy that lets the page load from and connect to its own daemon only. three.js makes pictures and reads
+/// pictures within meshes (`blob:`, of the page itself), and style sheets contain small ones (`data:`).
 const POLICY: &str = "default-src 'self'; connect-src 'self' blob:; img-src 'self' data: blob:; font-src 'self' data:; \
                       object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors ";
 
-/// Which sites may have the page in a frame of theirs.
+/// Sites that may show the page in a frame.
 #[derive(Clone, Debug)]
 pub struct FrameAncestors(HeaderValue);
 
 impl FrameAncestors {
-    /// These origins; without any, none.
+    /// Allows these origins; without any, none.
     pub fn new(origins: &[String]) -> Self {
         let allowed =
             if origins.is_empty() { "'none'".to_owned() } else { format!("'self' {}", origins.join(" ")) };
-        // Origins of the configuration are plain text: no other makes a header.
+        // Origins of the configuration are plain text: any other would not be a valid header.
         let none = || HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'");
         Self(HeaderValue::try_from(format!("{POLICY}{allowed}")).unwrap_or_else(|_| none()))
     }
@@ -42,7 +42,7 @@ impl Default for FrameAncestors {
     }
 }
 
-/// What every answer to a browser has.
+/// Returns the headers of every answer to a browser.
 fn headers(FrameAncestors(policy): FrameAncestors) -> [(HeaderName, HeaderValue); 5] {
     [
         (header::CONTENT_SECURITY_POLICY, policy),
@@ -53,17 +53,17 @@ fn headers(FrameAncestors(policy): FrameAncestors) -> [(HeaderName, HeaderValue)
     ]
 }
 
-/// Names under which the daemon may be asked for, beside addresses and `localhost`.
+/// Names by which the daemon may be addressed, beside addresses and `localhost`.
 #[derive(Clone, Debug, Default)]
 pub struct Hosts(Arc<[String]>);
 
 impl Hosts {
-    /// These names, as `Host` has them but for the port.
+    /// Allows these names, as in `Host` without the port.
     pub fn new(names: &[String]) -> Self {
         Self(names.iter().map(|name| name.to_ascii_lowercase()).collect())
     }
 
-    /// Whether no other site can make a browser take it that this is where their page comes from.
+    /// Returns whether no other site can make its pages appear to come from this host.
     fn allow(&self, host: &str) -> bool {
         let name = without_port(host);
         let address = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
@@ -71,7 +71,7 @@ impl Hosts {
     }
 }
 
-/// `name` of `name:port`, `[::1]` of `[::1]:port`.
+/// Returns `name` of `name:port`, and `[::1]` of `[::1]:port`.
 fn without_port(host: &str) -> &str {
     match host.rsplit_once(':') {
         Some((name, port)) if !port.is_empty() && port.bytes().all(|digit| digit.is_ascii_digit()) => name,
@@ -79,7 +79,7 @@ fn without_port(host: &str) -> &str {
     }
 }
 
-/// Lets a request through, or refuses it with 403 and a sentence.
+/// Passes a request, or refuses it with 403 and a sentence.
 pub(super) async fn guard(
     State((hosts, ancestors)): State<(Hosts, FrameAncestors)>,
     mut request: Request,
@@ -102,7 +102,7 @@ pub(super) async fn guard(
         Err(sentence) => (StatusCode::FORBIDDEN, sentence).into_response(),
     };
     for (name, value) in headers(ancestors) {
-        // An untrusted file has a stricter one.
+        // An untrusted file has a stricter policy.
         response.headers_mut().entry(name).or_insert(value);
     }
     response
@@ -126,7 +126,7 @@ fn check(request: &Request<Body>, hosts: &Hosts) -> Result<(), String> {
     Err(format!("a page of {origin:?} may not ask the daemon at {host:?}\n"))
 }
 
-/// As the client names the daemon, small: `Host`, or what stands for it in HTTP/2.
+/// Returns the client's name of the daemon in lower case: `Host`, or its equivalent in HTTP/2.
 fn host(request: &Request<Body>) -> Result<String, String> {
     let said = single(request.headers(), header::HOST)?;
     let authority = request.uri().authority().map(|authority| authority.as_str());
@@ -134,7 +134,7 @@ fn host(request: &Request<Body>) -> Result<String, String> {
     host.map(str::to_ascii_lowercase).ok_or_else(|| "the request does not say its Host\n".to_owned())
 }
 
-/// A header that may be there once.
+/// Returns a header that may occur once.
 fn single(headers: &HeaderMap, name: HeaderName) -> Result<Option<&str>, String> {
     let mut values = headers.get_all(&name).iter();
     let (first, second) = (values.next(), values.next());
@@ -142,7 +142,7 @@ fn single(headers: &HeaderMap, name: HeaderName) -> Result<Option<&str>, String>
     if second.is_some() { Err(format!("{name} is there twice\n")) } else { Ok(text) }
 }
 
-/// The port is left out where it is the scheme's own.
+/// Adds the scheme's default port, if it is left out.
 fn with_port(authority: &str, site: &str) -> String {
     if without_port(authority) != authority {
         return authority.to_owned();

@@ -1,5 +1,5 @@
-//! The token of the page: kept in a cookie that its scripts cannot read, for as long as the browser runs. What is asked for
-//! with it, or without one, counts for a client as its calls do.
+//! The token of the page, in a cookie that its scripts cannot read, for as long as the browser runs. Requests
+//! of the page, with or without a token, count for a client like calls.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use simd_world::access::{Access, Denied};
 use simd_world::account::Account;
 use simd_world::handle::Peer;
 
-/// What the page asks for is read alone, and waits as one of the requests of its client.
+/// Admits a request, which only reads, and counts it for its client.
 pub(super) async fn check(State(handle): State<SimHandle>, request: Request, next: Next) -> Response<Body> {
     match admit(&handle, &request) {
         Ok(account) => account.scope(next.run(request)).await,
@@ -25,7 +25,8 @@ pub(super) async fn check(State(handle): State<SimHandle>, request: Request, nex
     }
 }
 
-/// Whom a request counts for, where its token allows reading and its client has not had its share; else the refusal.
+/// Returns the client that a request counts for if its token allows reading and the client has not used its
+/// share; otherwise the refusal.
 pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<Account, Response<Body>> {
     let access = handle.access();
     let grant = access.check(token(request.headers()), Role::Viewer, "the page").map_err(|denied| {
@@ -36,7 +37,7 @@ pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<Account, Re
         (Some(grant), _) => Account::Token(grant.name.as_str().into()),
         (None, Some(Peer::Connection { number, address })) => Account::of_connection(*number, *address),
         (None, Some(Peer::Session(id))) => Account::Session(Arc::clone(id)),
-        // No network brings a request without a peer.
+        // A request without a peer does not come from a network.
         (None, Some(Peer::Process) | None) => Account::Process,
     };
     handle.count_call(&account).map_err(|error| super::refused(&error))?;
@@ -67,8 +68,8 @@ pub(super) async fn log_out(State(page): State<Arc<Page>>) -> Response<Body> {
     with_cookie(&format!("{TOKEN_COOKIE}=; Max-Age=0"), page.is_tls)
 }
 
-/// No script reads it, no other site's page sends it, and where the daemon speaks TLS it goes over nothing else. Where the
-/// operator has given that up (`--insecure`), a browser would not keep a `Secure` one.
+/// Sets a cookie that scripts cannot read, other sites' pages cannot send, and, if the daemon speaks TLS, is
+/// only sent over TLS. Without TLS (`--insecure`), a browser would not keep a `Secure` one.
 fn with_cookie(cookie: &str, is_tls: bool) -> Response<Body> {
     let secure = if is_tls { "; Secure" } else { "" };
     let cookie = HeaderValue::try_from(format!("{cookie}; Path=/; HttpOnly; SameSite=Strict{secure}"));

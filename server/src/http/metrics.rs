@@ -1,4 +1,5 @@
-//! What operators look at: `/metrics` for Prometheus, `/healthz` and `/readyz` for whatever restarts or routes to the daemon.
+//! Endpoints for operators: `/metrics` for Prometheus, `/healthz` and `/readyz` for tools that restart the
+//! daemon or route to it.
 
 use std::fmt;
 use std::fs;
@@ -23,9 +24,9 @@ use simd_world::handle::RunState;
 use simd_world::histogram::Counts;
 use simd_world::{SimHandle, process};
 
-/// Of OpenMetrics, which Prometheus asks for.
+/// Media type of OpenMetrics, which Prometheus requests.
 const MEDIA: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-/// Ticks of a second, in which Linux counts processor time for programs on every architecture.
+/// Ticks per second, in which Linux reports processor time on every architecture.
 const TICKS: f64 = 100.0;
 
 /// `GET /metrics`.
@@ -39,7 +40,7 @@ pub(super) async fn metrics(State(page): State<Arc<Page>>) -> Response<Body> {
     }
 }
 
-/// `GET /healthz`: 503 where the daemon would better be started again.
+/// `GET /healthz`: 503 if the daemon should be restarted.
 pub(super) async fn health(State(page): State<Arc<Page>>) -> Response<Body> {
     answer(page.handle.health(Instant::now()))
 }
@@ -56,7 +57,7 @@ fn answer(how: Result<(), String>) -> Response<Body> {
     }
 }
 
-/// Reads everything at the moment of a scrape: nothing is kept twice.
+/// Reads everything at the time of a scrape, so that nothing is stored twice.
 #[derive(Debug)]
 struct Scrape(SimHandle);
 
@@ -162,7 +163,7 @@ impl Scrape {
     }
 }
 
-/// What the system says of the process, in the names that Prometheus has for it. What cannot be read is left out.
+/// Writes the system's facts about the process, under Prometheus's names. Unreadable ones are left out.
 fn of_process(families: &mut Families<'_>) -> fmt::Result {
     if let Some(bytes) = process::heap_bytes() {
         let help = "Memory that is allocated and not freed.";
@@ -183,7 +184,7 @@ fn of_process(families: &mut Families<'_>) -> fmt::Result {
         families.gauge("process_max_fds", "How many may be open.", limit)?;
     }
     let busy = fs::read_to_string("/proc/self/stat").ok().and_then(|text| {
-        // The name before it is in brackets, and may have spaces.
+        // The name before it is in brackets, and may contain spaces.
         let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11);
         let ticks: f64 = fields.next()?.parse::<f64>().ok()? + fields.next()?.parse::<f64>().ok()?;
         Some(ticks / TICKS)

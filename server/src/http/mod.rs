@@ -1,17 +1,17 @@
-//! The HTTP front-end: the page in the browser and what it shows, beside gRPC on one port.
+//! The HTTP front-end: the page in the browser and its data, beside gRPC on one port.
 //!
-//! * Here: which address is answered by what.
-//! * `guard`: who may ask, and what browsers must keep to.
-//! * `login`: whose token the page has, and whom a request counts for.
-//! * `bundle`: the page itself. `fallback` has the one that stands in for it.
+//! * Here: the routes.
+//! * `guard`: access checks for browsers, and their security headers.
+//! * `login`: the page's token, and the client that a request counts for.
+//! * `bundle`: the page itself. `fallback` has the simpler page.
 //! * `files`: meshes, colliders and files by their hash; the former two as glTF.
 //! * `robots`: robots as JSON and as URDF.
-//! * `metrics`: what operators look at.
-//! * `caching`: what browsers keep.
+//! * `metrics`: endpoints for operators.
+//! * `caching`: caching by browsers.
 //!
-//! It has no call of its own that changes anything: the page speaks gRPC-Web, which becomes a
-//! call of the same services. No path of a request is ever joined to a path of a disk: files are looked up by their
-//! hash, and the page's in a table.
+//! Its own routes change nothing: the page speaks gRPC-Web, which calls the same services. No path of a
+//! request is ever joined to a path of a disk. Files are looked up by their hash, and the page's files in a
+//! table.
 
 mod bundle;
 mod caching;
@@ -41,20 +41,20 @@ pub use self::guard::{FrameAncestors, Hosts};
 use simd_world::SimHandle;
 use simd_world::handle::CallError;
 
-/// What the front-end serves beside the calls.
+/// Settings of the front-end.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     /// The page.
     pub bundle: Bundle,
-    /// Names under which the daemon may be asked for.
+    /// Names by which the daemon may be addressed.
     pub hosts: Hosts,
-    /// Sites that may have the page in a frame.
+    /// Sites that may show the page in a frame.
     pub frame_ancestors: FrameAncestors,
-    /// Connections are TLS.
+    /// Whether connections are TLS.
     pub is_tls: bool,
 }
 
-/// What answers are made of.
+/// State shared by the routes.
 #[derive(Debug)]
 struct Page {
     handle: SimHandle,
@@ -62,7 +62,7 @@ struct Page {
     is_tls: bool,
 }
 
-/// Puts the page and what it shows beside the services, which browsers call as gRPC-Web.
+/// Adds the page and its data to the services, which browsers call as gRPC-Web.
 pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
     let Settings { bundle, hosts, frame_ancestors, is_tls } = settings;
     let page = Arc::new(Page { handle: handle.clone(), bundle, is_tls });
@@ -79,12 +79,12 @@ pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -
         .route("/login", post(login::log_in).delete(login::log_out))
         .fallback(other)
         .with_state(page)
-        // On the services alone: elsewhere it refuses what is not gRPC.
+        // Only on the services: elsewhere it refuses other requests than gRPC.
         .merge(services.route_layer(GrpcWebLayer::new()).reset_fallback())
         .layer(middleware::from_fn_with_state((hosts, frame_ancestors), guard::guard))
 }
 
-/// A file of the page, or nothing.
+/// Returns a file of the page, or 404.
 async fn other(State(page): State<Arc<Page>>, request: Request) -> Response<Body> {
     let media = request.headers().get(header::CONTENT_TYPE);
     if media.is_some_and(|media| media.as_bytes().starts_with(b"application/grpc")) {
@@ -99,7 +99,7 @@ async fn other(State(page): State<Arc<Page>>, request: Request) -> Response<Body
     }
 }
 
-/// A refusal as HTTP has it: that of the robots' files, which are read as robots are.
+/// Returns an error as an HTTP answer, for files of robots and for robots.
 fn refused(error: &CallError) -> Response<Body> {
     let status = match error {
         CallError::World(_) | CallError::FileNotFound { .. } => StatusCode::NOT_FOUND,

@@ -16,10 +16,10 @@ use super::{Page, caching, files, refused};
 use simd_world::SimHandle;
 use simd_world::handle::RunState;
 
-/// `GET /robots`.
+/// Answer of `GET /robots`.
 #[derive(Serialize)]
 struct World {
-    /// The daemon's name.
+    /// Name of the daemon.
     name: String,
     state: &'static str,
     step: u64,
@@ -33,7 +33,7 @@ struct Robot {
     joints: Vec<Joint>,
 }
 
-/// Numbers as the schema has them: radians or metres, and all of a joint's.
+/// All values of a joint, with the units of the schema: radians or metres.
 #[derive(Serialize)]
 struct Joint {
     name: String,
@@ -45,7 +45,7 @@ struct Joint {
     mode: Vec<&'static str>,
 }
 
-/// All robots with their joints, as they are now.
+/// Returns all robots with their joints, in the newest state.
 pub(super) async fn list(State(page): State<Arc<Page>>) -> Response<Body> {
     let handle = page.handle.clone();
     let text = match page.handle.make_large(async move { serde_json::to_string(&world(&handle)) }).await {
@@ -119,7 +119,7 @@ fn mode(mode: Mode) -> &'static str {
     }
 }
 
-/// `GET /robots/NAME/robot.urdf`: the description, with the addresses of its meshes here.
+/// `GET /robots/NAME/robot.urdf`: the description, with this daemon's addresses of its meshes.
 pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path<String>) -> Response<Body> {
     let newest = page.handle.newest();
     let Some((_, entity)) = newest.state.entity(&robot) else {
@@ -145,7 +145,7 @@ pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path
     }
 }
 
-/// Of the meshes that were found, by how the description names them.
+/// Returns the addresses of the meshes that were found, by their names in the description.
 fn addresses(entity: &EntityLayout) -> BTreeMap<String, String> {
     let links = || entity.model.links.iter();
     let visuals = links().flat_map(|link| &link.visuals).map(|visual| &visual.geometry);

@@ -1,4 +1,4 @@
-//! The front-end without a network: requests into the routes, answers out of them.
+//! The front-end without a network: requests to the routes, and their answers.
 
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ use simd_world::handle::testing::{crowd, waits};
 use simd_world::handle::{DaemonInfo, DaemonLimits, Peer, RunState, Transport};
 use simd_world::loading::Loader;
 
-/// The routes of a daemon with `arm`, as they are where no viewer was built.
+/// Returns the routes of a daemon with `arm`, as in a build without the viewer.
 async fn routes() -> Router {
     beside_a_world(spawn("arm", &[])).await.0
 }
@@ -60,7 +60,7 @@ async fn get_bytes(routes: &mut Router, path: &str) -> (StatusCode, HeaderMap, V
     (parts.status, parts.headers, bytes.to_vec())
 }
 
-/// The same over a connection of this machine.
+/// Sends a request over a connection of this machine.
 async fn get_over(mut routes: Router, path: String, number: u64) -> (StatusCode, String) {
     let peer = Peer::Connection { number, address: std::net::Ipv4Addr::LOCALHOST.into() };
     let request = Request::builder().uri(path).header(header::HOST, "localhost").extension(peer);
@@ -79,7 +79,7 @@ async fn without_the_viewer_a_page_has_the_tables_and_says_how_to_get_it() {
         (StatusCode::OK, &"text/html; charset=utf-8".parse().unwrap())
     );
     assert!(page.contains("make build") && page.contains("Node"), "{page}");
-    // What the policy forbids is not there.
+    // The page has nothing that the policy forbids.
     assert!(!page.contains("<style") && !page.contains("style=") && !page.contains("onclick"), "{page}");
     assert!(page.split("<script").skip(1).all(|script| script.contains("src=")), "{page}");
     for path in ["/style.css", "/page.js", "/robots"] {
@@ -97,7 +97,7 @@ async fn a_robot_whose_description_is_not_kept_has_none() {
     assert!(sentence.contains("no longer kept"), "{sentence}");
 }
 
-/// Two boxes of a metre that are two metres apart, as one mesh.
+/// Returns two boxes of a metre, two metres apart, as one mesh.
 fn two_boxes() -> Arc<MeshAsset> {
     let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2 & 1].map(f64::from);
     let sides: [[u32; 4]; 6] =
@@ -119,7 +119,7 @@ fn two_boxes() -> Arc<MeshAsset> {
     })
 }
 
-/// `arm` with that mesh on its first link.
+/// Returns a spawn of `arm` with that mesh on its first link.
 fn spawn_with_a_mesh(meshes: MeshShapes) -> Command {
     let Command::Spawn(mut spawn) = spawn("arm", &[]) else { panic!("it is no spawn") };
     let mut model = (*spawn.model).clone();
@@ -133,7 +133,8 @@ fn spawn_with_a_mesh(meshes: MeshShapes) -> Command {
     Command::Spawn(spawn)
 }
 
-/// The corners of a mesh that [`glb::write`] wrote: they begin the binary chunk. As bits, in an order.
+/// Returns the corners of a mesh that [`glb::write`] wrote, which are first in the binary chunk, as sorted
+/// bits.
 fn corners(glb: &[u8]) -> BTreeSet<[u32; 3]> {
     let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap());
     let json = word(12) as usize;

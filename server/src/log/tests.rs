@@ -1,10 +1,10 @@
-//! A log whose reader does what readers do.
+//! A log with a reader that behaves like real readers.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use super::*;
 
-/// A writer that asks the test before each write: it takes what the test says, or fails.
+/// A writer that asks the test before each write: it accepts what the test decides, or fails.
 struct Puppet {
     asks: Sender<Vec<u8>>,
     answers: Receiver<io::Result<usize>>,
@@ -33,7 +33,7 @@ impl Bench {
         Self::with(false)
     }
 
-    /// The same, of which the journal is the reader.
+    /// Makes a log that the journal reads.
     fn of_journal() -> Self {
         Self::with(true)
     }
@@ -47,7 +47,7 @@ impl Bench {
         self.log.make_writer().write_all(text.as_bytes()).unwrap();
     }
 
-    /// The next write, of which everything is taken.
+    /// Returns the next write, and accepts all of it.
     fn take(&self) -> String {
         let bytes = self.writes.recv().unwrap();
         self.answers.send(Ok(bytes.len())).unwrap();
@@ -101,7 +101,7 @@ fn what_fails_to_be_written_is_counted_and_reported_once_it_can_be() {
     bench.writes.recv().unwrap();
     bench.answers.send(Err(ErrorKind::StorageFull.into())).unwrap();
     assert!(bench.log.flush(Duration::from_secs(60)), "what cannot be written does not wait");
-    // The next one gets half out.
+    // Half of the next line is written.
     bench.log("half\n");
     let tried = String::from_utf8(bench.writes.recv().unwrap()).unwrap();
     assert!(tried.contains("since the start: 1\n"), "{tried}");
@@ -152,7 +152,7 @@ fn lines_for_programs_are_objects_whatever_says_them() {
     let line: serde_json::Value = serde_json::from_str(&bench.take()).unwrap();
     assert_eq!(line["fields"]["message"], "simd: \"it\" ends");
     assert_eq!((&line["level"], line["timestamp"].is_string()), (&"ERROR".into(), true));
-    // What was lost is one too.
+    // The report of lost lines is JSON too.
     bench.log.0.lock().lost = 7;
     bench.log("{}\n");
     let lines = bench.take();
@@ -160,7 +160,7 @@ fn lines_for_programs_are_objects_whatever_says_them() {
     assert_eq!(notice["level"], "WARN");
 }
 
-/// One event of each level, as text or JSON, without the priority and with it.
+/// Returns one event of each level, as text or JSON, without the priority and with it.
 fn of_each_level(bench: &Bench, format: LogFormat) -> Vec<String> {
     bench.log.set_format(format);
     let lines = tracing_subscriber::fmt().with_writer(bench.log.clone()).with_max_level(Level::TRACE);
@@ -209,7 +209,7 @@ fn each_line_of_a_message_has_the_priority_whatever_the_message_says() {
     assert_eq!(bench.take(), "<6>robot `a\n<6><0>b`\n");
     bench.log.say("thread `a` panicked\n  at b");
     assert_eq!(bench.take(), "<3>thread `a` panicked\n<3>  at b\n");
-    // What was lost is a warning.
+    // The report of lost lines is a warning.
     assert!(bench.log.flush(Duration::from_secs(60)));
     bench.log.0.lock().lost = 7;
     bench.log("the next\n");

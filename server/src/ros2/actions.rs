@@ -1,5 +1,5 @@
-//! The action `control_msgs/FollowJointTrajectory` of each robot: three services and two topics, as all actions of ROS 2 have
-//! them. A goal is a trajectory of the world; who sends it and leaves finds it carried out all the same.
+//! The action `control_msgs/FollowJointTrajectory` of each robot: three services and two topics, like all
+//! actions of ROS 2. A goal is a trajectory of the world; it is carried out even if its client disconnects.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -33,11 +33,11 @@ use simd_world::SimHandle;
 use simd_world::handle::LogEvent;
 use simd_world::recording::stamp;
 
-/// Goals that are remembered, those that ended the longest ago are forgotten first.
+/// Maximum number of remembered goals; those that ended first are forgotten first.
 pub(super) const GOALS: usize = 32;
-/// From one feedback to the next.
+/// Time between two feedback messages.
 const FEEDBACK: Duration = Duration::from_millis(50);
-/// As `rcl_action` has it for the status.
+/// QoS of the status in `rcl_action`.
 const STATUS: Qos = Qos::LATCHED;
 
 /// The action of a robot, until it is dropped.
@@ -46,11 +46,11 @@ pub(super) struct Action {
     _servers: Vec<Server>,
 }
 
-/// What is known of the goals of a robot.
+/// Known goals of a robot.
 #[derive(Debug)]
 struct Goals {
     robot: String,
-    /// The oldest first.
+    /// Goals, oldest first.
     list: Mutex<VecDeque<Arc<Goal>>>,
     status: Topic<GoalStatusArray>,
     feedback: Topic<FollowJointTrajectoryFeedbackMessage>,
@@ -59,15 +59,15 @@ struct Goals {
 #[derive(Debug)]
 struct Goal {
     info: GoalInfo,
-    /// Of its trajectory.
+    /// Id of its trajectory.
     id: u64,
     joints: Vec<String>,
-    /// Its state, and its result once it is over.
+    /// State, and the result once it has ended.
     state: watch::Sender<(i8, FollowJointTrajectoryResult)>,
 }
 
 impl Action {
-    /// Of a robot. `name` makes the whole name of a topic.
+    /// Declares the action of a robot. `name` makes the full name of a topic.
     pub(super) async fn declare(
         graph: &Arc<Graph>,
         handle: &SimHandle,
@@ -96,7 +96,7 @@ impl Action {
         let servers = vec![
             one::<FollowJointTrajectorySendGoal, _, _>(graph, calls, handle, &name("send_goal"), send)
                 .await?,
-            // Who waits for a result takes no room from those that ask for something.
+            // Clients that wait for a result take no room from other requests.
             one::<FollowJointTrajectoryGetResult, _, _>(
                 graph,
                 graph.waiting_calls(),
@@ -116,7 +116,7 @@ impl Goals {
         self.list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Publishes what has become of all. May wait for some milliseconds.
+    /// Publishes the states of all goals. May wait for some milliseconds.
     fn publish(&self) {
         let status_list = self.lock().iter().map(|goal| goal.status()).collect();
         self.status.put(&GoalStatusArray { status_list });
@@ -126,7 +126,7 @@ impl Goals {
         self.lock().iter().find(|goal| goal.info.goal_id == id).cloned()
     }
 
-    /// False where there are as many that are not over as there can be.
+    /// Returns false if the maximum number of goals is active.
     fn has_room(&self) -> bool {
         let mut list = self.lock();
         if list.len() >= GOALS
@@ -198,7 +198,7 @@ async fn begin(
             let Some(joint) = joints.iter().position(|joint| *joint == name) else {
                 return Err(format!("a tolerance is of joint {name:?}, which the trajectory does not have"));
             };
-            // 0 is the default, which there is none of here, and -1 any distance.
+            // 0 means the default, which is none here, and -1 means unlimited.
             let some = |value: f64| (value > 0.0).then_some(value);
             tolerances[joint][kind] = Tolerance { position: some(position), velocity: some(velocity) };
         }
@@ -221,7 +221,7 @@ async fn begin(
     Ok(())
 }
 
-/// Tells how a goal gets on, until it is over.
+/// Reports the progress of a goal, until its end.
 async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after: u64) {
     tokio::task::block_in_place(|| goals.publish());
     let end = loop {
@@ -239,10 +239,10 @@ async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after
         if let Some(end) = end {
             break result(&end);
         }
-        // Its end may be among the events that are gone: it is made to end, rather than never.
+        // Its end may be among the lost events: it is ended now, instead of never.
         if batch.missed > 0 {
             let cancel = Command::CancelTrajectory { robot: goals.robot.clone(), id: Some(goal.id) };
-            // Where it has ended there is nothing to cancel.
+            // If it has ended, it cannot be cancelled.
             let _ = handle.command(cancel).await;
             let error_string = "events were lost, and its end with them; it was cancelled".to_owned();
             let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
@@ -264,7 +264,7 @@ fn result(end: &TrajectoryEnd) -> (i8, FollowJointTrajectoryResult) {
         TrajectoryEnd::Succeeded => (GoalStatus::STATUS_SUCCEEDED, R::SUCCESSFUL),
         TrajectoryEnd::PathToleranceViolated(_) => (GoalStatus::STATUS_ABORTED, R::PATH_TOLERANCE_VIOLATED),
         TrajectoryEnd::GoalToleranceViolated(_) => (GoalStatus::STATUS_ABORTED, R::GOAL_TOLERANCE_VIOLATED),
-        // As joint_trajectory_controller does where a goal is cancelled, or preempted by another.
+        // Like joint_trajectory_controller for a goal that is cancelled, or preempted by another one.
         TrajectoryEnd::Cancelled { .. } | TrajectoryEnd::Superseded => {
             (GoalStatus::STATUS_CANCELED, R::SUCCESSFUL)
         }
@@ -272,7 +272,7 @@ fn result(end: &TrajectoryEnd) -> (i8, FollowJointTrajectoryResult) {
     (status, R { error_code, error_string: end.to_string() })
 }
 
-/// Where the joints of a goal are to be, and where they are.
+/// Returns the desired and actual positions of a goal's joints.
 fn feedback(handle: &SimHandle, robot: &str, goal: &Goal) -> Option<FollowJointTrajectoryFeedbackMessage> {
     let newest = handle.newest();
     let (_, entity) = newest.state.entity(robot)?;
@@ -298,7 +298,7 @@ fn feedback(handle: &SimHandle, robot: &str, goal: &Goal) -> Option<FollowJointT
     Some(FollowJointTrajectoryFeedbackMessage { goal_id: goal.info.goal_id, feedback })
 }
 
-/// Waits until there is one.
+/// Waits for the result of a goal.
 async fn get_result(
     goals: Arc<Goals>,
     request: FollowJointTrajectoryGetResultRequest,
@@ -320,7 +320,7 @@ async fn get_result(
     }
 }
 
-/// One by its id, those accepted up to a time, or with neither all.
+/// Cancels a goal by its id, goals accepted up to a time, or, with neither, all goals.
 async fn cancel_goal(goals: Arc<Goals>, handle: SimHandle, request: CancelGoalRequest) -> CancelGoalResponse {
     let CancelGoalRequest { goal_info: GoalInfo { goal_id, stamp } } = request;
     let (has_id, until) = (goal_id != UUID::default(), stamp.nanoseconds());

@@ -1,5 +1,5 @@
-//! Queries that are answered at one time: so many, and no more. Each is worked on by a task, and answered on a thread that
-//! no other waits for, since Zenoh waits there for an asker that does not read.
+//! Limits simultaneous queries. A task works on each query. It is answered on a thread that no other query
+//! waits for, since Zenoh blocks there while the client does not read.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use tokio::sync::Semaphore;
 
 use simd_world::blocking_threads::BlockingThreads;
 
-/// Threads that replies leave on.
+/// Number of threads for replies.
 const THREADS: usize = 4;
 const STACK_BYTES: usize = 512 * 1024;
 /// Room for queries, and threads for their answers.
@@ -20,17 +20,17 @@ pub(super) struct Calls {
 }
 
 impl Calls {
-    /// For so many queries that are worked on or wait to be answered.
+    /// Makes room for this many queries in progress or waiting to be answered.
     ///
     /// # Errors
-    /// Returns an error if the system gives no threads.
+    /// Returns an error if the system refuses threads.
     pub(super) fn new(room: usize) -> std::io::Result<Self> {
         let threads = Arc::new(BlockingThreads::waiting("ros2-reply", THREADS, STACK_BYTES)?);
         Ok(Self { runtime: Handle::current(), room: Arc::new(Semaphore::new(room)), threads })
     }
 
-    /// Begins to work on a query, if there is room. `work` gives what sends the answer, if there is to be one. Waits for
-    /// nothing, so that Zenoh's own threads may call it.
+    /// Begins to work on a query, if there is room. `work` returns the function that sends the answer, if
+    /// any. It does not wait, so that Zenoh's own threads may call it.
     pub(super) fn serve<W, S>(&self, work: impl FnOnce() -> W)
     where
         W: Future<Output = Option<S>> + Send + 'static,

@@ -1,5 +1,4 @@
-//! Cameras: topics for the pictures of each, and for what maps points to their pixels. Who subscribes is what makes renderers draw
-//! them.
+//! Cameras: topics for the pictures and the parameters of each. A subscription makes renderers draw them.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -28,18 +27,18 @@ pub(super) struct Cameras {
 /// The topics of a camera.
 #[derive(Debug)]
 struct CameraTopics {
-    /// z forwards, x to the right.
+    /// Optical frame: z forwards, x to the right.
     frame: String,
     info: Topic<CameraInfo>,
     color: Option<Topic<Image>>,
     depth: Option<Topic<Image>>,
     segmentation: Option<Topic<Image>>,
-    /// The number of the last picture that was published.
+    /// Number of the last published picture.
     after: u64,
 }
 
 impl Cameras {
-    /// Has topics for each camera of the robots that are shown, and for no other.
+    /// Declares topics for each camera of the shown robots, and drops all others.
     ///
     /// # Errors
     /// Returns an error if a topic cannot be declared.
@@ -67,7 +66,7 @@ impl Cameras {
         Ok(())
     }
 
-    /// Publishes the pictures that came since the last time, where there is a subscriber. Waits where Zenoh does.
+    /// Publishes new pictures, if there is a subscriber. It waits while Zenoh does.
     pub(super) fn publish(&mut self, handle: &SimHandle) {
         for ((id, _), topics) in &mut self.topics {
             if !topics.is_wanted() {

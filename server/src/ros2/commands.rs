@@ -1,4 +1,4 @@
-//! What is subscribed to: the topics by which controllers of `ros2_control` are commanded.
+//! The subscriptions: topics that command controllers of `ros2_control`.
 //!
 //! | topic | message | what it does |
 //! |---|---|---|
@@ -8,8 +8,8 @@
 //! | `joint_commands` | `sensor_msgs/JointState` | positions, else velocities, else efforts, by name |
 //! | `joint_trajectory_controller/joint_trajectory` | `trajectory_msgs/JointTrajectory` | a trajectory; one without points ends all |
 //!
-//! They pass the same handle as the commands of other clients: claims apply. Bounded: what comes while [`WAITING`] messages
-//! wait is lost and counted, and a message above [`MAX_BYTES`] is refused unread.
+//! They pass the same handle as the commands of other clients: claims apply. Bounded: messages that arrive
+//! while [`WAITING`] others wait are lost and counted, and a message above [`MAX_BYTES`] is refused unread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,16 +33,16 @@ use super::robots::Robot;
 use simd_world::SimHandle;
 use simd_world::handle::{Caller, Transport};
 
-/// Messages that wait to be read.
+/// Maximum number of messages that wait to be read.
 const WAITING: usize = 32;
-/// Of one message: ten thousand points of a seven-joint arm fit.
+/// Maximum size of one message, bytes: ten thousand points of a seven-joint arm fit.
 const MAX_BYTES: usize = 1024 * 1024;
-/// How often refusals are logged.
+/// Time between two logged summaries of refusals.
 const REPORT: Duration = Duration::from_secs(1);
-/// Who sets the targets, as other clients see it.
+/// Source of the targets, as other clients see it.
 const SOURCE: &str = "ros2";
 
-/// What a message is.
+/// Kind of a message.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Positions,
@@ -60,7 +60,7 @@ struct Sent {
     payload: Vec<u8>,
 }
 
-/// Where messages go. The task that reads them ends with the last one of these.
+/// Inbox of messages. The task that reads them ends with the last clone.
 #[derive(Clone, Debug)]
 pub(super) struct Inbox {
     sender: mpsc::Sender<Sent>,
@@ -74,7 +74,7 @@ pub(super) struct Commands {
 }
 
 impl Inbox {
-    /// And what reads it.
+    /// Makes an inbox, and starts the task that reads it.
     pub(super) fn open(handle: &SimHandle) -> Self {
         let (sender, receiver) = mpsc::channel(WAITING);
         let lost = Arc::new(AtomicU64::new(0));
@@ -82,7 +82,7 @@ impl Inbox {
         Self { sender, lost }
     }
 
-    /// On Zenoh's own thread: nothing is waited for.
+    /// Runs on Zenoh's own thread, without waiting.
     fn put(&self, robot: &Arc<str>, kind: Kind, sample: &Sample) {
         let payload = sample.payload();
         let sent = (payload.len() <= MAX_BYTES).then(|| Sent {
@@ -97,7 +97,7 @@ impl Inbox {
 }
 
 impl Commands {
-    /// Of a robot. `name` makes the whole name of a topic.
+    /// Subscribes for a robot. `name` makes the full name of a topic.
     pub(super) async fn declare(
         graph: &Graph,
         inbox: &Inbox,
@@ -125,7 +125,7 @@ impl Commands {
     }
 }
 
-/// Takes messages in the order in which they came; what is refused is logged once a second at the most.
+/// Processes messages in order; refusals are logged at most once per second.
 async fn take(handle: SimHandle, mut receiver: mpsc::Receiver<Sent>, lost: Arc<AtomicU64>) {
     let mut ticks = interval(REPORT);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -178,7 +178,8 @@ async fn command(handle: &SimHandle, sent: &Sent) -> Result<(), String> {
     handle.command(Command::SetTargets(targets)).await.map(drop).map_err(|error| error.to_string())
 }
 
-/// It begins at the stamp of its header, in simulated time; at once where that is zero or over.
+/// Converts a trajectory. It begins at the stamp of its header, in simulated time; at once if the stamp is
+/// zero or past.
 pub(super) fn trajectory(handle: &SimHandle, robot: &str, message: JointTrajectory) -> Command {
     let JointTrajectory { header, joint_names: joints, points } = message;
     let robot = robot.to_owned();
@@ -214,7 +215,7 @@ fn target(joint: &str, target: Target) -> JointTarget {
     JointTarget { joint: joint.to_owned(), axis: 0, target }
 }
 
-/// One number for each joint that can be driven, in the order of `joint_states`.
+/// Reads one number for each actuated joint, in the order of `joint_states`.
 fn in_order(handle: &SimHandle, sent: &Sent, of: fn(f64) -> Target) -> Result<Vec<JointTarget>, String> {
     let message = Float64MultiArray::from_cdr(&sent.payload).map_err(|error| error.to_string())?;
     let state = handle.newest();
@@ -230,7 +231,7 @@ fn in_order(handle: &SimHandle, sent: &Sent, of: fn(f64) -> Target) -> Result<Ve
     Ok(names.iter().zip(&message.data).map(|(name, value)| target(name, of(*value))).collect())
 }
 
-/// Names of the joints of a robot that can be driven, in the order of `joint_states`.
+/// Returns the names of a robot's actuated joints, in the order of `joint_states`.
 fn driven(state: &simd_core::PublishedState, robot: &str) -> Vec<String> {
     let Some((_, entity)) = state.entity(robot) else { return Vec::new() };
     let modes = state.modes.get(entity.velocities.clone()).unwrap_or_default();
@@ -241,8 +242,8 @@ fn driven(state: &simd_core::PublishedState, robot: &str) -> Vec<String> {
     axes.filter(|(_, range)| is_driven(range)).map(|(joint, _)| joint.name.clone()).collect()
 }
 
-/// What each joint is to do: its position if there are any, with its velocity where there are those too; else its velocity,
-/// else its effort. A number that is none leaves the joint as it is.
+/// Returns the target of each joint: its position if there are positions, with its velocity if there are
+/// velocities too. Otherwise, it is its velocity or its effort. NaN leaves the joint unchanged.
 fn by_name(message: &JointState) -> Result<Vec<JointTarget>, String> {
     let JointState { name, position, velocity, effort, .. } = message;
     for (field, values) in [("position", position), ("velocity", velocity), ("effort", effort)] {

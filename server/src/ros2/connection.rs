@@ -1,5 +1,5 @@
-//! The session of the node: a client of the graph's router, as routers of `rmw_zenoh` forward only between
-//! clients and peers. It has nothing to do with the daemon's own session.
+//! The session of the node: a client of the graph's router, since routers of `rmw_zenoh` forward only between
+//! clients and peers. It is independent of the daemon's own session.
 
 use std::time::Duration;
 
@@ -8,17 +8,18 @@ use zenoh::Session;
 
 use crate::config::Ros2;
 
-/// How long one attempt may take.
+/// Longest time of one attempt.
 const CONNECT_MS: u64 = 2_000;
-/// From one attempt to the next.
+/// Time between two attempts.
 const RETRY: Duration = Duration::from_secs(1);
-/// Messages above this are refused before they are read: descriptions to spawn are the longest.
+/// Maximum message size, bytes; larger ones are refused before they are read. Descriptions to spawn are the
+/// longest.
 const MAX_MESSAGE_BYTES: u64 = 16 * 1024 * 1024;
 
-/// Waits for the router, for as long as it takes. Once it was there, Zenoh finds it again by itself.
+/// Waits for the router without a limit. After that, Zenoh reconnects automatically.
 ///
 /// # Errors
-/// Returns an error if the settings are none.
+/// Returns an error if the settings are invalid.
 pub(super) async fn open(settings: &Ros2) -> Result<Session, String> {
     let mut said = false;
     loop {
@@ -50,7 +51,7 @@ fn config(router: &str) -> Result<zenoh::Config, String> {
         "listen": { "endpoints": [] },
         "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
         "adminspace": { "enabled": false },
-        // Who comes late tells what it has from what is newer by them.
+        // Late subscribers use them to distinguish known messages from newer ones.
         "timestamping": { "enabled": true },
         "transport": {
             "link": { "rx": { "max_message_size": MAX_MESSAGE_BYTES } },

@@ -1,5 +1,5 @@
-//! Publishers, subscriptions and servers as `rmw_zenoh` has them: a key, a token by which others see them, an attachment with
-//! each message.
+//! Publishers, subscriptions and servers in the form of `rmw_zenoh`: a key, a token that shows them to
+//! others, and an attachment with each message.
 
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,7 +18,7 @@ use zenoh::{Session, Wait as _};
 use super::calls::Calls;
 use crate::config::Ros2;
 
-/// The node, and what it can declare.
+/// The node, which declares endpoints.
 #[derive(Debug)]
 pub(super) struct Graph {
     session: Session,
@@ -31,7 +31,7 @@ pub(super) struct Graph {
 }
 
 impl Graph {
-    /// Shows the node to the others. Its name is the daemon's.
+    /// Shows the node to the others. It has the daemon's name.
     pub(super) async fn join(
         session: Session,
         settings: &Ros2,
@@ -50,22 +50,22 @@ impl Graph {
         Ok(Self { session, node, has_hashes, next_id, calls, waiting, _token: token })
     }
 
-    /// What answers queries.
+    /// Returns the calls for normal queries.
     pub(super) fn calls(&self) -> &Arc<Calls> {
         &self.calls
     }
 
-    /// What answers those that wait for something to happen.
+    /// Returns the calls for queries that wait for an event.
     pub(super) fn waiting_calls(&self) -> &Arc<Calls> {
         &self.waiting
     }
 
-    /// A name within the node's namespace.
+    /// Returns a name within the node's namespace.
     pub(super) fn name(&self, relative: &str) -> String {
         format!("{}/{relative}", self.node.namespace.trim_end_matches('/'))
     }
 
-    /// The key of an endpoint, and its token declared.
+    /// Returns the key of an endpoint, and declares its token.
     async fn endpoint(
         &self,
         kind: EndpointKind,
@@ -79,7 +79,7 @@ impl Graph {
         Ok((self.node.data_key(name, of), text, token))
     }
 
-    /// A publisher of a topic by its whole name.
+    /// Declares a publisher of a topic by its full name.
     pub(super) async fn publisher<M: Message>(
         &self,
         topic: &str,
@@ -109,7 +109,8 @@ impl Graph {
         })
     }
 
-    /// A subscription to a topic by its whole name. `take` runs on Zenoh's own thread and must not wait.
+    /// Declares a subscription to a topic by its full name. `take` runs on Zenoh's own thread and must not
+    /// wait.
     pub(super) async fn subscription<M: Message>(
         &self,
         topic: &str,
@@ -121,7 +122,8 @@ impl Graph {
         Ok(Subscription { _subscriber: subscriber, _token: token })
     }
 
-    /// The server of a service by its whole name. `take` runs on Zenoh's own thread and must not wait.
+    /// Declares the server of a service by its full name. `take` runs on Zenoh's own thread and must not
+    /// wait.
     pub(super) async fn server<S: Service>(
         &self,
         name: &str,
@@ -129,27 +131,27 @@ impl Graph {
     ) -> Result<Server, zenoh::Error> {
         let of = TypeInfo::of_service::<S>(self.has_hashes);
         let (key, _, token) = self.endpoint(EndpointKind::Server, name, of, Qos::DEFAULT).await?;
-        // Clients ask all that have the whole key.
+        // Clients query all servers with the complete key.
         let queryable = self.session.declare_queryable(key).complete(true).callback(take).await?;
         Ok(Server { _queryable: queryable, _token: token })
     }
 }
 
-/// A topic that is subscribed to, until it is dropped.
+/// A subscription to a topic, until it is dropped.
 #[derive(Debug)]
 pub(super) struct Subscription {
     _subscriber: Subscriber<()>,
     _token: LivelinessToken,
 }
 
-/// A service that is served, until it is dropped.
+/// A served service, until it is dropped.
 #[derive(Debug)]
 pub(super) struct Server {
     _queryable: Queryable<()>,
     _token: LivelinessToken,
 }
 
-/// A topic that is published, until it is dropped.
+/// A published topic, until it is dropped.
 #[derive(Debug)]
 pub(super) struct Topic<M> {
     session: Session,
@@ -162,12 +164,13 @@ pub(super) struct Topic<M> {
 }
 
 impl<M: Message> Topic<M> {
-    /// Whether it is of any use to publish.
+    /// Returns whether publishing has any effect.
     pub(super) fn is_wanted(&self) -> bool {
         self.last.is_some() || self.publisher.matching_status().wait().is_ok_and(|status| status.matching())
     }
 
-    /// May wait for some milliseconds for a receiver that does not read: see [`super::publications`].
+    /// Publishes a message. It may wait some milliseconds for a receiver that does not read: see
+    /// [`super::publications`].
     pub(super) fn put(&self, message: &M) {
         let payload = message.to_cdr();
         let sequence = self.sent.fetch_add(1, Ordering::Relaxed) + 1;
@@ -182,14 +185,14 @@ impl<M: Message> Topic<M> {
     }
 }
 
-/// Nanoseconds since 1970.
+/// Returns nanoseconds since 1970.
 pub(super) fn wall_time() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
 }
 
-/// The last message of a topic for those who come later: what `zenoh-ext` has as the cache of an advanced publisher, with
-/// the key and the token by which its subscribers find it.
+/// The last message of a topic for late subscribers. It is the cache of an advanced publisher in `zenoh-ext`,
+/// with the key and the token by which its subscribers find it.
 #[derive(Debug)]
 struct Last {
     kept: Arc<Mutex<Option<Kept>>>,
@@ -207,7 +210,7 @@ struct Kept {
 impl Last {
     async fn declare(session: &Session, key: String, calls: Arc<Calls>) -> Result<Self, zenoh::Error> {
         let kept: Arc<Mutex<Option<Kept>>> = Arc::default();
-        // By session, and not by a number of the publisher's: messages differ by their times.
+        // Identified by the session, and not by a publisher's number: messages differ by their times.
         let cache = format!("{key}/@adv/pub/{}/uhlc/_", session.zid());
         let answers = Arc::clone(&kept);
         let answer = move |query: &Query| {
@@ -220,7 +223,7 @@ impl Last {
         };
         let queryable = session.declare_queryable(cache.clone()).callback(move |query| {
             let answer = answer.clone();
-            // Who finds no room asks again, or waits for the next message.
+            // If there is no room, the subscriber asks again, or waits for the next message.
             calls.serve(move || async move { Some(move || answer(&query)) });
         });
         let queryable = queryable.await?;

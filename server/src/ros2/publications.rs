@@ -1,5 +1,6 @@
-//! What is published: the time, joints and frames at a rate, descriptions and fixed frames when they change. One task does
-//! it, since Zenoh may wait some milliseconds where it sends; the newest state is taken each time.
+//! The publications: time, joints and frames at a rate, descriptions and fixed frames when they change. One
+//! task publishes all, since Zenoh may wait some milliseconds when it sends; it takes the newest state each
+//! time.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,14 +24,14 @@ use simd_world::SimHandle;
 use simd_world::handle::Published;
 use simd_world::recording::stamp;
 
-/// A state that does not change is published so often, for those who come late.
+/// Time after which an unchanged state is published again, for late subscribers.
 const UNCHANGED: Duration = Duration::from_secs(1);
-/// As `tf2_ros` has them.
+/// QoS of `tf2_ros`.
 const TF: Qos = Qos { reliable: true, transient_local: false, depth: 100 };
-/// As `rclcpp::ClockQoS` has it.
+/// QoS of `rclcpp::ClockQoS`.
 const CLOCK: Qos = Qos { reliable: false, transient_local: false, depth: 1 };
 
-/// The topics of a robot that has joints.
+/// Topics of a robot with joints.
 struct RobotTopics {
     joint_states: Topic<JointState>,
     _description: Topic<std_msgs::String>,
@@ -38,7 +39,7 @@ struct RobotTopics {
     _action: Action,
 }
 
-/// Topics are for a robot of one version under one name.
+/// Layout version and name of a robot: its topics are for one version under one name.
 type Key = (u64, String);
 
 /// Publishes until the world ends.
@@ -114,7 +115,7 @@ fn key(robot: &Robot) -> Option<Key> {
     Some((robot.entity.version, robot.topics.clone()?))
 }
 
-/// Topics for the robots that are shown, and for no others.
+/// Declares topics for the shown robots, and drops all others.
 async fn declare(
     graph: &Arc<Graph>,
     handle: &SimHandle,

@@ -1,7 +1,8 @@
-//! Which robot has which topics and frames, and the messages of a state.
+//! Topics and frames of robots, and the messages of a state.
 //!
-//! A world with one robot that has joints shows it as a driver would: `/joint_states`, frames named like its links. Where there
-//! are several, each has its name before its topics and its frames. What has no joints, such as a box, has frames alone.
+//! A world with one robot with joints shows it as a driver would: `/joint_states`, and frames named like its
+//! links. With several robots, each has its name before its topics and its frames. Robots without joints,
+//! such as a box, have only frames.
 
 use std::sync::Arc;
 
@@ -19,29 +20,29 @@ use simd_ros2::wire::word;
 
 use simd_world::recording::camera_message::SENSOR_FROM_OPTICAL;
 
-/// The frame that all robots are in.
+/// Frame that contains all robots.
 pub(super) const WORLD: &str = "world";
-/// Robots that are shown: those that came first.
+/// Maximum number of shown robots: the first ones.
 pub(super) const MAX_ROBOTS: usize = 64;
 
 /// A robot as the graph sees it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
-    /// What it is, and where its values lie in a state of the same layout.
+    /// Layout of the robot, and of its values in a state.
     pub(super) entity: Arc<EntityLayout>,
-    /// Its index in that layout.
+    /// Index in the layout of the world.
     pub(super) index: usize,
-    /// Before its topics: empty, or `arm/`. `None` where it has no joints, and so no topics.
+    /// Prefix of its topics: empty, or `arm/`. `None` if it has no joints, and so no topics.
     pub(super) topics: Option<String>,
-    /// Before its frames, and before the topics of its sensors: empty, or `arm/`.
+    /// Prefix of its frames, and of its sensors' topics: empty, or `arm/`.
     pub(super) prefix: String,
-    /// Of each link.
+    /// Frame of each link.
     frames: Vec<String>,
-    /// Indices in the model of the joints that have one position.
+    /// Indices in the model of the joints with a single position.
     joints: Vec<usize>,
 }
 
-/// The robots of a layout, in its order.
+/// Returns the robots of a layout, in its order.
 pub(super) fn robots(world: &WorldLayout) -> Vec<Robot> {
     let with_joints = world.entities.iter().filter(|entity| !joints(entity).is_empty()).count();
     let mut taken: Vec<String> = Vec::new();
@@ -50,7 +51,7 @@ pub(super) fn robots(world: &WorldLayout) -> Vec<Robot> {
         .map(|(index, entity)| {
             let joints = joints(entity);
             let is_alone = with_joints == 1 && !joints.is_empty();
-            // Names that differ may be one word to ROS.
+            // Different names may become one word in ROS.
             let mut name = word(&entity.name);
             let mut number = 2;
             while taken.contains(&name) {
@@ -72,12 +73,12 @@ fn joints(entity: &EntityLayout) -> Vec<usize> {
 }
 
 impl Robot {
-    /// Names of the joints that have one position, as `joint_states` has them.
+    /// Returns the names of joints with a single position, in the order of `joint_states`.
     pub(super) fn joint_names(&self) -> impl Iterator<Item = &str> {
         self.joints.iter().filter_map(|&joint| Some(self.entity.model.joints.get(joint)?.name.as_str()))
     }
 
-    /// Positions, velocities and efforts of the joints, from a state of the same layout.
+    /// Returns positions, velocities and efforts of the joints, from a state of the same layout.
     pub(super) fn joint_state(&self, state: &PublishedState, stamp: &Time) -> JointState {
         let mut message = JointState {
             header: Header { stamp: stamp.clone(), frame_id: String::new() },
@@ -96,7 +97,7 @@ impl Robot {
         message
     }
 
-    /// Frames that move: of a free root, and of what hangs on joints that move.
+    /// Adds the moving frames: of a free root, and of links on moving joints.
     pub(super) fn moving_frames(&self, state: &PublishedState, stamp: &Time, message: &mut TFMessage) {
         let Some(world_from_link) = state.link_poses(self.index) else { return };
         if !self.entity.fixed_base
@@ -114,7 +115,7 @@ impl Robot {
         }
     }
 
-    /// Frames that do not: of a fixed root, and of what hangs on fixed joints.
+    /// Adds the fixed frames: of a fixed root, and of links on fixed joints.
     pub(super) fn fixed_frames(&self, state: &PublishedState, message: &mut TFMessage) {
         let start = Time::default();
         if self.entity.fixed_base
@@ -127,7 +128,7 @@ impl Robot {
         }
     }
 
-    /// Frames of its sensors.
+    /// Adds the frames of its sensors.
     pub(super) fn sensor_frames(&self, state: &PublishedState, message: &mut TFMessage) {
         for sensor in state.sensors.iter().filter(|sensor| sensor.robot == self.index) {
             let SensorDefinition { name, link, pose, .. } = &*sensor.definition;
@@ -147,12 +148,12 @@ impl Robot {
         }
     }
 
-    /// The frame of a camera's pictures, with z forwards and x to the right (REP 103).
+    /// Returns the frame of a camera's pictures, with z forwards and x to the right (REP 103).
     pub(super) fn optical_frame(&self, name: &str) -> String {
         format!("{}_optical", self.sensor_frame(name))
     }
 
-    /// The frame of a sensor: called as the sensor, where no link is.
+    /// Returns the frame of a sensor: named like the sensor, unless a link has that name.
     pub(super) fn sensor_frame(&self, name: &str) -> String {
         let mut frame = format!("{}{name}", self.prefix);
         while self.frames.contains(&frame) {
@@ -161,7 +162,7 @@ impl Robot {
         frame
     }
 
-    /// The frame of a link; empty where there is none.
+    /// Returns the frame of a link; empty if it does not exist.
     pub(super) fn link_frame(&self, link: usize) -> String {
         self.frames.get(link).cloned().unwrap_or_default()
     }
@@ -174,7 +175,7 @@ impl Robot {
 }
 
 fn push(message: &mut TFMessage, stamp: &Time, parent: &str, child: &str, pose: DPose3) {
-    // A root link that is called world is the world.
+    // A root link called world is the world.
     if parent == child {
         return;
     }
@@ -191,7 +192,7 @@ fn quaternion(pose: DPose3) -> Quaternion {
     Quaternion { x, y, z, w }
 }
 
-/// A pose as ROS has it.
+/// Converts a pose to ROS.
 pub(super) fn pose_message(pose: DPose3) -> Pose {
     let [x, y, z] = pose.translation.to_array();
     Pose { position: Point { x, y, z }, orientation: quaternion(pose) }
@@ -200,35 +201,35 @@ pub(super) fn pose_message(pose: DPose3) -> Pose {
 /// A sensor's id, and the name of its topic.
 pub(super) type SensorKey = (u64, String);
 
-/// The sensors and robots that topics were last declared for.
+/// Sensors and robots for which topics were last declared.
 #[derive(Debug, Default)]
 pub(super) struct DeclaredFor(Option<(Arc<Vec<WorldSensor>>, Arc<WorldLayout>)>);
 
 impl DeclaredFor {
-    /// Whether they are those of a state. Names of topics follow from all robots.
+    /// Returns whether a state has the same sensors and robots. Names of topics follow from all robots.
     pub(super) fn is_of(&self, state: &PublishedState) -> bool {
         self.0.as_ref().is_some_and(|(sensors, world)| {
             Arc::ptr_eq(sensors, &state.sensors) && Arc::ptr_eq(world, &state.world)
         })
     }
 
-    /// From now on they are.
+    /// Sets the sensors and robots of a state.
     pub(super) fn set(&mut self, state: &PublishedState) {
         self.0 = Some((Arc::clone(&state.sensors), Arc::clone(&state.world)));
     }
 }
 
-/// The sensors of the robots that are shown, with names of topics that all differ.
+/// Returns the sensors of the shown robots, with distinct names of topics.
 pub(super) fn sensor_topics<'s>(
     sensors: impl Iterator<Item = &'s WorldSensor>,
     shown: &'s [Robot],
 ) -> Vec<(SensorKey, &'s WorldSensor, &'s Robot)> {
     let mut topics: Vec<(SensorKey, &WorldSensor, &Robot)> = Vec::new();
     for sensor in sensors {
-        // Robots that are shown are the first ones.
+        // The shown robots are the first ones.
         let Some(robot) = shown.get(sensor.robot) else { continue };
         let mut topic = format!("{}sensors/{}", robot.prefix, word(&sensor.definition.name));
-        // Names that differ may be one word to ROS.
+        // Different names may become one word in ROS.
         while topics.iter().any(|((_, taken), ..)| *taken == topic) {
             topic.push('_');
         }

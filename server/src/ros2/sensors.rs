@@ -19,7 +19,7 @@ use simd_world::recording::sensor_message::{SensorMessage, SensorShape};
 #[derive(Debug, Default)]
 pub(super) struct Sensors {
     declared_for: DeclaredFor,
-    /// By the sensor and the topic's name.
+    /// Topics by sensor and name.
     topics: BTreeMap<SensorKey, SensorTopic>,
 }
 
@@ -29,7 +29,7 @@ struct SensorTopic {
     robot: String,
     output: Output,
     shape: SensorShape,
-    /// The number of the last reading that was published; `None` where there is no subscriber.
+    /// Number of the last published reading; `None` without a subscriber.
     after: Option<u64>,
 }
 
@@ -44,7 +44,7 @@ enum Output {
 }
 
 impl Sensors {
-    /// Has a topic for each sensor of the robots that are shown, of which ROS has a message, and no other.
+    /// Declares a topic for each sensor of the shown robots that has a ROS message, and drops all others.
     ///
     /// # Errors
     /// Returns an error if a topic cannot be declared.
@@ -74,7 +74,7 @@ impl Sensors {
         Ok(())
     }
 
-    /// Publishes the readings that came since the last time, where there is a subscriber. Waits where Zenoh does.
+    /// Publishes new readings, if there is a subscriber. It waits while Zenoh does.
     pub(super) fn publish(&mut self, handle: &SimHandle) {
         let mut topics: Vec<(u64, &mut SensorTopic)> = Vec::new();
         for ((id, _), topic) in &mut self.topics {
@@ -92,7 +92,7 @@ impl Sensors {
         }
         for topics in topics.chunks_mut(MOST_FOLLOWED) {
             let cursors: Vec<SensorCursor> = topics.iter().map(|(_, topic)| topic.cursor()).collect();
-            // Where one of them is gone the next state says so.
+            // If one of them is deleted, the next state shows it.
             let Ok(readings) = handle.readings_after(&cursors) else { continue };
             for ((_, topic), of) in topics.iter_mut().zip(readings) {
                 topic.after = Some(of.batch.after);
@@ -110,14 +110,14 @@ impl SensorTopic {
     }
 }
 
-/// What the messages of a sensor have beside its readings.
+/// Returns the data of a sensor's messages beside its readings.
 pub(super) fn shape(sensor: &WorldSensor, robot: &Robot) -> SensorShape {
     let frame = robot.sensor_frame(&sensor.definition.name);
     SensorShape::new(sensor, &robot.entity, frame, |link| robot.link_frame(link))
 }
 
 impl Output {
-    /// A topic of the message that ROS has for a kind; `None` where it has none.
+    /// Declares a topic with the ROS message for a kind; `None` if it has none.
     async fn declare(graph: &Graph, topic: &str, kind: &SensorKind) -> Result<Option<Self>, zenoh::Error> {
         let qos = Qos::DEFAULT;
         Ok(Some(match kind {
@@ -157,7 +157,7 @@ impl Output {
             (Self::Scan(topic), SensorMessage::Scan(message)) => topic.put(message),
             (Self::Points(topic), SensorMessage::Points(message)) => topic.put(message),
             (Self::Joint(topic), SensorMessage::Joint(message)) => topic.put(message),
-            // A message is of its sensor's kind.
+            // A message has its sensor's kind.
             _ => {}
         }
     }

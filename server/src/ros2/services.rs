@@ -1,4 +1,4 @@
-//! The services of `simulation_interfaces`: each is a call of the handle like any client's.
+//! The services of `simulation_interfaces`: each makes a call of the handle, like any client.
 
 use std::sync::Arc;
 
@@ -22,12 +22,12 @@ use simd_world::SimHandle;
 use simd_world::handle::{CallError, RunState, Source, SpawnRequest};
 use simd_world::recording::stamp;
 
-/// How a call went: [`Result`] by another name, for it hides Rust's.
+/// Outcome of a call: [`Result`] under another name, since it hides Rust's.
 type Outcome = Result;
-/// What a call gives, or why not.
+/// Answer of a call, or the reason for its refusal.
 type Answer<T> = std::result::Result<T, Outcome>;
 
-/// Features of `simulation_interfaces` that there are.
+/// Supported features of `simulation_interfaces`.
 const FEATURES: [u8; 13] = [
     SimulatorFeatures::SPAWNING,
     SimulatorFeatures::DELETING,
@@ -44,7 +44,7 @@ const FEATURES: [u8; 13] = [
     SimulatorFeatures::STEP_SIMULATION_MULTIPLE,
 ];
 
-/// Serves them until what it gives is dropped.
+/// Serves all services until the returned servers are dropped.
 ///
 /// # Errors
 /// Returns an error if one cannot be declared.
@@ -71,7 +71,7 @@ pub(super) async fn serve(
     })
 }
 
-/// Serves one by its whole name: decodes what is asked, and sends what `answer` gives.
+/// Serves one service by its full name: decodes the request, and sends the response of `answer`.
 pub(super) async fn one<S, A, F>(
     graph: &Graph,
     calls: &Arc<Calls>,
@@ -94,7 +94,7 @@ where
             let request = match S::Request::from_cdr(&payload) {
                 Ok(request) => request,
                 Err(error) => {
-                    // A reply of the service's type could not say it.
+                    // A reply of the service's type cannot express this.
                     tracing::warn!("a call of ROS 2 is refused: {error}");
                     return None;
                 }
@@ -106,7 +106,7 @@ where
     graph.server::<S>(name, take).await
 }
 
-/// With the number and the name of the request, by which its client knows it again.
+/// Sends a response with the number and the name of the request, by which its client recognizes it.
 fn reply(query: &Query, response: Vec<u8>) {
     let asked = query.attachment().and_then(|bytes| Attachment::parse(&bytes.to_bytes()));
     let asked = asked.unwrap_or(Attachment { sequence: 0, source_time: 0, gid: [0; 16] });
@@ -159,7 +159,7 @@ async fn get_entities(handle: SimHandle, request: GetEntitiesRequest) -> GetEnti
     }
 }
 
-/// Of regular expressions those are understood that name a part of a name, its beginning or its end.
+/// Returns the selected robots. Regular expressions may only name a part of a name, its beginning or its end.
 fn selected(handle: &SimHandle, filters: &EntityFilters) -> Answer<Vec<String>> {
     let unsupported = |what: &str| Err(refused(Outcome::RESULT_FEATURE_UNSUPPORTED, what));
     if !filters.categories.is_empty() || !filters.tags.tags.is_empty() {
@@ -241,7 +241,7 @@ fn check_frame(header: &Header) -> Answer<()> {
     }
 }
 
-/// All zeros, which a message has where nothing was said, is no rotation.
+/// Converts a pose. All zeros, the default of a message, is not a rotation.
 fn pose(pose: &Pose) -> std::result::Result<DPose3, String> {
     let (at, turned) = (&pose.position, &pose.orientation);
     let rotation = DQuat::from_xyzw(turned.x, turned.y, turned.z, turned.w);
@@ -280,7 +280,7 @@ async fn spawn(handle: SimHandle, request: SpawnEntityRequest) -> Answer<String>
             assets: Default::default(),
             missing: Default::default(),
         },
-        // Below an asset root, as the loader sees to.
+        // Below an asset root, which the loader ensures.
         (false, _) => Source::Path(uri.strip_prefix("file://").unwrap_or(&uri).to_owned()),
     };
     let request = SpawnRequest {
@@ -366,7 +366,7 @@ async fn reset_simulation(handle: SimHandle, request: ResetSimulationRequest) ->
 }
 
 async fn step_simulation(handle: SimHandle, request: StepSimulationRequest) -> StepSimulationResponse {
-    // A paused simulation is asked for; one that plays fails the operation, as the definition of the service says.
+    // The request needs a paused simulation; while it plays, the operation fails, as the service defines.
     let result = match handle.step(request.steps).await {
         Ok(_) => ok(),
         Err(error) => refused(Outcome::RESULT_OPERATION_FAILED, error.to_string()),

@@ -43,7 +43,7 @@ fn a_robot_that_is_alone_has_topics_and_frames_without_its_name() {
         [pair("link_0", "link_1"), pair("link_2", "link_3"), pair("link_3", "link_4")]
     );
     assert_eq!(frames(&fixed), [pair("world", "link_0"), pair("link_1", "link_2")]);
-    // By half a metre up, and about z by a quarter of a radian.
+    // Translated by half a metre up, and rotated about z by a quarter of a radian.
     let shoulder = &moving.transforms[0].transform;
     assert!((shoulder.translation.z - 0.5).abs() < 1e-12);
     assert!((shoulder.rotation.z - 0.125_f64.sin()).abs() < 1e-12);
@@ -208,7 +208,7 @@ mod sensors {
         // Three rays in 0.1 s, the last at 1.5 s.
         assert_eq!((line.time_increment, rolling.time_increment), (0.0, (0.1 / 3.0) as f32));
         assert_eq!((line.header.stamp.nanosec, rolling.header.stamp.nanosec / 1_000), (500_000_000, 433_333));
-        // One that measures each step turns once in a step, whatever rate it was asked for.
+        // A sensor that measures at each step scans once per step, whatever rate was requested.
         let SensorMessage::Scan(fast) = of_period(1, true, 0.003) else { panic!("no laser scan") };
         assert_eq!((fast.time_increment, fast.scan_time), (0.001, 0.003));
         assert_eq!(fast.header.stamp.nanosec, 498_000_000);

@@ -1,18 +1,18 @@
-//! The Zenoh front-end: the services as queryables, states and events as publications,
-//! joint targets as a subscription.
+//! The Zenoh front-end: the services as queryables, states and events as publications, joint targets as a
+//! subscription.
 //!
 //! * Here: from the session to the drain.
-//! * `queries`: a query becomes a call of the services.
-//! * `senders`: threads that replies leave on.
-//! * `sessions`: which clients are there, for what is bound to them.
-//! * `publications`: what is published, and to whom.
+//! * `queries`: calls of the services.
+//! * `senders`: threads that send replies.
+//! * `sessions`: present sessions of clients, for objects bound to them.
+//! * `publications`: the published messages.
 //! * `targets`: joint targets without an answer.
-//! * `proofs`: whether a message's sender holds the claim that it names.
-//! * `presence`: one daemon of a name on a network.
+//! * `proofs`: proofs that a message's sender holds a claim.
+//! * `presence`: unique names of daemons on a network.
 //!
-//! Zenoh sends on the thread that asks it to, and waits there for a receiver that does
-//! not read: up to a millisecond for a publication, up to five seconds for a reply. So
-//! replies are sent by `senders`, and a publication by the one task that publishes its kind.
+//! Zenoh sends on the calling thread, and waits there for a receiver that does not read. It waits up to a
+//! millisecond for a publication, and up to five seconds for a reply. So `senders` sends replies, and the one
+//! task that publishes a kind of message sends its publications.
 
 mod presence;
 mod proofs;
@@ -37,51 +37,51 @@ use self::sessions::Sessions;
 use crate::config;
 use simd_world::SimHandle;
 
-/// Queries under way may take so long to be answered once the daemon drains.
+/// Maximum time to answer pending queries once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_millis(1800);
-/// A client that asks again within this time of a drain gets the answer that the daemon shuts down,
-/// and not that there is none.
+/// Time after a drain in which new queries get the answer that the daemon shuts down, and not that no daemon
+/// exists.
 const LAST_WORDS: Duration = Duration::from_millis(100);
-/// A session that does not close in this time is left behind.
+/// Longest wait for a session to close; then it is left behind.
 const CLOSE: Duration = Duration::from_millis(500);
 
-/// Why Zenoh is not served.
+/// Error of the Zenoh front-end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The settings are refused.
     #[error("{0}")]
     Settings(String),
-    /// The session cannot be opened: mostly, another process has the port.
+    /// The session cannot be opened, usually because another process has the port.
     #[error(
         "cannot listen for Zenoh on {locators}: {reason}; choose another with --zenoh tcp/127.0.0.1:PORT (0 \
          takes a free one), or do without by --zenoh off"
     )]
     Listen {
-        /// As the operator wrote them.
+        /// Locators as the operator wrote them.
         locators: String,
-        /// Zenoh's words.
+        /// Error of Zenoh.
         reason: String,
     },
-    /// None of the routers that are to be joined answers.
+    /// None of the configured routers answers.
     #[error("no Zenoh router answers at {routers}: {reason}; start it first, or leave out --zenoh-connect")]
     Join {
-        /// As the operator wrote them.
+        /// Routers as the operator wrote them.
         routers: String,
-        /// Zenoh's words.
+        /// Error of Zenoh.
         reason: String,
     },
-    /// A daemon of the same name is there already.
+    /// A daemon with the same name is already on the network.
     #[error(
         "a daemon called `{name}` is on this Zenoh network already (its session is {zid}); name this one with \
          --name"
     )]
     NameTaken {
-        /// What both are called.
+        /// Name of both.
         name: String,
-        /// Of the other.
+        /// Session id of the other daemon.
         zid: String,
     },
-    /// The session fails at something else.
+    /// The session has another fault.
     #[error("Zenoh fails: {0}")]
     Session(String),
 }
@@ -111,7 +111,7 @@ pub struct Opened {
     state_rate: f64,
 }
 
-/// The front-end while it serves.
+/// The running front-end.
 #[derive(Debug)]
 pub struct Serving {
     session: Session,
@@ -119,19 +119,19 @@ pub struct Serving {
     presence: Presence,
     queries: Queryable<()>,
     senders: Arc<Senders>,
-    /// Answers to queries.
+    /// Tasks that answer queries.
     answers: TaskTracker,
-    /// Ends what publishes and what subscribes.
+    /// Ends publications and subscriptions.
     ended: CancellationToken,
 }
 
-/// Opens the session and sees whether the name is free.
+/// Opens the session, and checks that the name is free.
 ///
 /// # Errors
-/// Returns an error if a locator cannot be listened on, or the name is taken.
+/// Returns an error if the session cannot listen on a locator, or the name is taken.
 pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error> {
     let session = zenoh::open(settings.settings().map_err(Error::Settings)?).await.map_err(|error| {
-        // The first of a chain that goes down to the file and line.
+        // The first error of a chain that ends in a file and line.
         let reason = error.to_string();
         let reason = reason.split(" at /").next().unwrap_or(&reason).to_owned();
         match settings.listens_on() {
@@ -151,10 +151,10 @@ pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error>
 }
 
 impl Opened {
-    /// Serves, and then says that the daemon is there.
+    /// Serves, and then announces the daemon.
     ///
     /// # Errors
-    /// Returns an error if another took the name meanwhile.
+    /// Returns an error if another daemon has taken the name in the meantime.
     pub async fn serve(self, handle: &SimHandle) -> Result<Serving, Error> {
         let Self { session, name, locators, state_rate } = self;
         let (answers, ended) = (TaskTracker::new(), CancellationToken::new());
@@ -169,18 +169,18 @@ impl Opened {
 }
 
 impl Serving {
-    /// Where it listens, with the ports that it got.
+    /// Returns the locators that it listens on, with the actual ports.
     pub fn locators(&self) -> &[String] {
         &self.locators
     }
 
-    /// What became of replies so far.
+    /// Returns the counts of replies so far.
     pub fn replies(&self) -> Replies {
         self.senders.replies()
     }
 
-    /// Says goodbye, answers what was asked, and closes the session. The handle
-    /// drains already, which ends whatever waits.
+    /// Withdraws the name, answers pending queries, and closes the session. The handle is already draining,
+    /// which ends waiting calls.
     pub async fn drain(self) {
         self.presence.withdraw().await;
         self.ended.cancel();

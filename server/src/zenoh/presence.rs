@@ -1,9 +1,8 @@
-//! One daemon of a name on a network: a liveliness token that says who is there.
+//! Unique names of daemons on a network, shown by liveliness tokens.
 //!
-//! A daemon looks for tokens of its name, puts up its own, and looks again. Of two that
-//! start at once at least one sees the other, whichever way their tokens cross. Where
-//! both see each other, the one with the larger session id gives way at once, and the
-//! other waits a moment to see it go.
+//! A daemon looks for tokens of its name, declares its own, and looks again. If two daemons start at once, at
+//! least one sees the other, in any order of their tokens. If both see each other, the one with the larger
+//! session id withdraws at once, and the other waits a moment for this.
 
 use std::time::Duration;
 
@@ -14,18 +13,18 @@ use zenoh::sample::SampleKind;
 
 use super::Error;
 
-/// How long the network may take to say who is there.
+/// Longest wait for the network's answers.
 const LOOK: Duration = Duration::from_secs(2);
-/// How often, and how long after each other, one looks whether the other gave way.
+/// Number of checks, and the time between them, whether the other daemon has withdrawn.
 const LOOKS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Says that this daemon is there, until it is withdrawn or the process ends.
+/// Token of this daemon, until it is withdrawn or the process ends.
 #[derive(Debug)]
 pub(super) struct Presence(LivelinessToken);
 
 impl Presence {
-    /// Says goodbye.
+    /// Withdraws the token.
     pub(super) async fn withdraw(self) {
         if let Err(error) = self.0.undeclare().await {
             tracing::warn!("the token cannot be withdrawn: {error}");
@@ -34,7 +33,7 @@ impl Presence {
 }
 
 /// # Errors
-/// Returns an error if a daemon of this name is there.
+/// Returns an error if a daemon with this name exists.
 pub(super) async fn check(session: &Session, name: &str) -> Result<(), Error> {
     match others(session, name).await?.into_iter().next() {
         Some(zid) => Err(Error::NameTaken { name: name.to_owned(), zid }),
@@ -42,10 +41,10 @@ pub(super) async fn check(session: &Session, name: &str) -> Result<(), Error> {
     }
 }
 
-/// Puts up the token.
+/// Declares the token.
 ///
 /// # Errors
-/// Returns an error if another daemon of this name did so at the same time and stays.
+/// Returns an error if another daemon with this name did so at the same time and stays.
 pub(super) async fn announce(session: &Session, name: &str) -> Result<Presence, Error> {
     let own = session.zid().to_string();
     let token = session.liveliness().declare_token(keys::daemon(name, &own)).await.map_err(Error::session)?;
@@ -67,8 +66,8 @@ pub(super) async fn announce(session: &Session, name: &str) -> Result<Presence, 
     Err(Error::NameTaken { name: name.to_owned(), zid: "another, that just left".into() })
 }
 
-/// Two networks that are joined later may each have a daemon of this name: then calls
-/// reach either, and all that can be done is to say so.
+/// Warns of other daemons with this name. Networks that are joined later may each have one: then calls reach
+/// either, which the daemon can only report.
 async fn warn_of_others(session: &Session, name: &str) -> Result<(), Error> {
     let (own, name) = (session.zid().to_string(), name.to_owned());
     let key = keys::daemons_named(&name);
@@ -84,7 +83,7 @@ async fn warn_of_others(session: &Session, name: &str) -> Result<(), Error> {
     subscriber.background().await.map_err(Error::session)
 }
 
-/// Session ids of the others of this name, smallest first.
+/// Returns the session ids of other daemons with this name, smallest first.
 async fn others(session: &Session, name: &str) -> Result<Vec<String>, Error> {
     let own = session.zid().to_string();
     let tokens = session.liveliness().get(keys::daemons_named(name)).timeout(LOOK);

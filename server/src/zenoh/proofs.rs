@@ -1,7 +1,7 @@
-//! Sees whether a publication or a query proves that its sender holds a claim.
+//! Checks whether a publication or a query proves that its sender holds a claim.
 //!
-//! That is seen on Zenoh's own thread, in the order in which messages come: counters only grow, so that of two
-//! messages the later one must not be looked at first. It costs a hash of the payload, and only where there is a proof.
+//! The check runs on Zenoh's own thread, in the order of the messages. Counters only grow, so a later message
+//! must not be checked before an earlier one. It costs a hash of the payload, and only if there is a proof.
 
 use simd_proto::keys;
 use simd_proto::proof::{PROOF_HEADER, Proof};
@@ -11,10 +11,10 @@ use simd_api::service::claims::Proven;
 use simd_world::SimHandle;
 use simd_world::handle::Unproven;
 
-/// A longer attachment is not read: a name and a proof take some two hundred.
+/// Maximum size of an attachment, bytes: a name and a proof take some two hundred.
 pub(super) const MAX_ATTACHMENT_BYTES: usize = 4096;
 
-/// What a message proves that came with this key.
+/// Returns the proof of a message with this key.
 pub(super) fn proven(
     handle: &SimHandle,
     key: &str,

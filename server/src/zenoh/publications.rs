@@ -1,8 +1,9 @@
-//! What is published: states and poses of each robot, readings of sensors, pictures, statistics, events, parameters. Each only
-//! while it has a subscriber, by a task of its own, and never by the physics thread.
+//! Publications: states and poses of each robot, readings of sensors, pictures, statistics, events,
+//! parameters. Each has a separate task, which publishes only while there is a subscriber; the physics thread
+//! publishes nothing.
 //!
-//! A receiver that does not read loses publications: newest wins, and a gap in the
-//! events shows in their numbers.
+//! A receiver that does not read loses publications: the newest wins, and a gap in the events shows in their
+//! numbers.
 
 mod pictures;
 mod robots;
@@ -28,10 +29,10 @@ use simd_api::publication::{Encode, STATISTICS, UNCHANGED, joint_states, link_po
 use simd_world::SimHandle;
 use simd_world::handle::CallError;
 
-/// How long a task waits for an event before it looks again.
+/// Longest wait of one look for events.
 const WAIT: Duration = Duration::from_secs(60);
 
-/// Publishes from now on. A kind of publication is one line here.
+/// Publishes from now on. Each kind of publication is one line here.
 pub(super) async fn serve(
     session: &Session,
     name: &str,
@@ -63,7 +64,7 @@ pub(super) async fn serve(
     Ok(())
 }
 
-/// What every task publishes from.
+/// Source of every publishing task.
 #[derive(Clone)]
 struct World {
     session: Session,
@@ -71,10 +72,10 @@ struct World {
     handle: SimHandle,
 }
 
-/// A kind of publication that has a key for each robot.
+/// A kind of publication with a key for each robot.
 struct EachRobot {
     key: fn(&str, &str) -> String,
-    /// Its name in the schema.
+    /// Name of the message in the schema.
     message: &'static str,
     encode: Encode,
 }
@@ -117,7 +118,7 @@ async fn publish_statistics(handle: SimHandle, mut demand: Demand) {
     }
 }
 
-/// Events from the first subscription on, each a message as `WatchEvents` sends it.
+/// Publishes events from the first subscription on, each as a message of `WatchEvents`.
 async fn publish_events(handle: SimHandle, mut demand: Demand) {
     let mut after = 0;
     loop {
@@ -139,7 +140,7 @@ async fn publish_events(handle: SimHandle, mut demand: Demand) {
     }
 }
 
-/// All parameters whenever one changed.
+/// Publishes all parameters whenever one changed.
 async fn publish_parameters(handle: SimHandle, mut demand: Demand) {
     let mut sent = 0;
     loop {
@@ -153,7 +154,7 @@ async fn publish_parameters(handle: SimHandle, mut demand: Demand) {
     }
 }
 
-/// Whether a key has a subscriber, which may have wildcards.
+/// Demand for a key: whether it has a subscriber, which may use wildcards.
 struct Demand {
     publisher: Publisher<'static>,
     is_there: watch::Receiver<bool>,
@@ -168,13 +169,13 @@ impl Demand {
             sender.send_replace(status.matching());
         });
         listener.background().await.map_err(Error::session)?;
-        // A subscriber may have been there before the listener.
+        // A subscriber may be older than the listener.
         let now = publisher.matching_status().await.map_err(Error::session)?.matching();
         before.send_if_modified(|is_there| !std::mem::replace(is_there, now | *is_there) && now);
         Ok(Self { publisher, is_there })
     }
 
-    /// Waits for a subscriber; whether there was none before.
+    /// Waits for a subscriber; returns whether there was none before.
     async fn wait(&mut self) -> bool {
         let waited = !*self.is_there.borrow_and_update();
         if waited && self.is_there.wait_for(|is_there| *is_there).await.is_err() {
@@ -199,8 +200,8 @@ fn put(publisher: &Publisher<'static>, bytes: Vec<u8>) {
     put_all(std::iter::once((publisher, bytes)));
 }
 
-/// Waits for at most some milliseconds with each, while the other tasks of this thread go on elsewhere. They are given to
-/// another thread once for all, since each time wakes one, and starts one where none is idle.
+/// Publishes, and waits at most some milliseconds for each, while this thread's other tasks run on another
+/// thread. They are moved once for all, since each move wakes a thread, or starts one if none is idle.
 fn put_all<'p>(encoded: impl Iterator<Item = (&'p Publisher<'static>, Vec<u8>)>) {
     tokio::task::block_in_place(|| {
         for (publisher, bytes) in encoded {

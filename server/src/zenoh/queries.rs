@@ -1,9 +1,10 @@
-//! A query becomes a call of the services within this process, so that Zenoh has every
-//! method that gRPC has, with the same checks and the same refusals.
+//! Turns queries into calls of the services within this process, so that Zenoh has every method of gRPC, with
+//! the same checks and refusals.
 //!
-//! Bounded: so many queries at one time (`service.zenoh_queries`), waiting ones included, of which a part streams, so that
-//! streams leave room for calls; and [`MESSAGES`] times the bytes that one may have. One more is refused with
-//! MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
+//! Bounded: `service.zenoh_queries` queries at one time, including waiting ones. Only a part of them may be
+//! streams, so that streams leave room for calls. Their bytes are limited to [`MESSAGES`] times the maximum
+//! of one. Further queries are refused with MAILBOX_FULL at once; if even the refusals accumulate, they get
+//! no reply.
 
 use simd_api::service::status::OrStatus as _;
 use std::sync::Arc;
@@ -41,19 +42,18 @@ use simd_api::service::unread::Holding;
 use simd_world::SimHandle;
 use simd_world::handle::{CallError, DaemonLimits, Peer, Transport};
 
-/// The most that the bytes of one query can be limited to.
+/// Upper bound of the limit of one query's bytes.
 const MOST_BYTES: usize = 1 << 28;
-/// Messages of the largest size that there is room for at one time.
+/// Number of largest messages that fit at one time.
 const MESSAGES: usize = 16;
-/// Refusals that are on their way at one time.
+/// Maximum number of refusals on their way.
 const REFUSALS: usize = 128;
-/// How long a stream goes on where the query does not say: as long as a query of
-/// Zenoh's lasts where none is given.
+/// Default duration of a stream: the default duration of a Zenoh query.
 const STREAM: Duration = Duration::from_secs(10);
-/// The parameter of a query in which the asker says how many seconds of a stream it wants.
+/// Parameter of a query with the wanted duration of a stream, seconds.
 const FOR: &str = "for";
 
-/// Takes queries from now on.
+/// Accepts queries from now on.
 pub(super) async fn serve(
     session: &Session,
     name: &str,
@@ -83,19 +83,19 @@ pub(super) async fn serve(
     Ok((queryable.await.map_err(Error::session)?, senders))
 }
 
-/// Of a query under way: one of so many, and its bytes.
+/// Permits of a query in progress: one of the queries, and its bytes.
 type Permits = (OwnedSemaphorePermit, OwnedSemaphorePermit);
 
-/// What queries are answered with.
+/// Services and permits for queries.
 struct Calls {
     routes: Routes,
     handle: SimHandle,
     sessions: Sessions,
     draining: CancellationToken,
     under_way: Arc<Semaphore>,
-    /// A permit for each byte of the queries under way.
+    /// Permits for queries in progress, one per byte.
     room: Arc<Semaphore>,
-    /// Bytes of one query.
+    /// Maximum bytes of one query.
     limit: usize,
     streams: Semaphore,
     senders: Arc<Senders>,
@@ -105,7 +105,7 @@ struct Calls {
 }
 
 impl Calls {
-    /// On Zenoh's own thread, which reads for others too: nothing is done here.
+    /// Runs on Zenoh's own thread, which reads for others too: it does no work here.
     fn take(self: &Arc<Self>, query: Query) {
         let refusal = match self.admit(&query) {
             Ok(permits) => {
@@ -131,7 +131,7 @@ impl Calls {
         }
     }
 
-    /// What a query has until it is answered: one of the queries, and its bytes.
+    /// Returns the permits of a query: one of the queries, and its bytes.
     fn admit(&self, query: &Query) -> Result<Permits, Explained> {
         let bytes = query.payload().map_or(0, ZBytes::len) + query.attachment().map_or(0, ZBytes::len);
         if bytes > self.limit {
@@ -161,12 +161,12 @@ impl Calls {
             Some(ended) => ended.run_until_cancelled(answered).await,
             None => Some(answered.await),
         };
-        // Where the asker is gone there is no answer.
+        // If the client has disconnected, there is no answer.
         let (last, _holding) = answered.unwrap_or_default();
         self.end(query, last).await;
     }
 
-    /// The last that there is to tell a query, and what that holds until it is sent.
+    /// Returns the last reply to a query, and the count that it holds until it is sent.
     async fn answer_whole(&self, query: &Query, proven: Proven) -> (Option<Outcome>, Option<Holding>) {
         match self.call(query, proven).await {
             Ok(answers) if answers.method.gives_many => (self.stream_to(query, answers).await, None),
@@ -182,7 +182,7 @@ impl Calls {
         }
     }
 
-    /// Tells a query the last that there is to tell. The end of its replies is sent too.
+    /// Sends the last reply to a query, and then the end of its replies.
     async fn end(&self, query: Query, last: Option<Outcome>) {
         let send = move || {
             if let Some(last) = last {
@@ -211,7 +211,7 @@ impl Calls {
         if let Some(source) = query.source_info() {
             request.extensions_mut().insert(Peer::Session(source.source_id().zid().to_string().into()));
         }
-        // Answers may be of any length, as over gRPC: a scene is.
+        // Answers may have any length, as over gRPC: a scene may be long.
         let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(usize::MAX);
         let never = |error| Status::internal(format!("the services are not ready: {error}"));
         services.ready().await.map_err(never)?;
@@ -221,15 +221,15 @@ impl Calls {
     }
 }
 
-/// What a method answers with.
+/// Answers of a method.
 struct Answers {
     method: &'static Method,
     messages: Streaming<Bytes>,
-    /// For which its bytes count.
+    /// Count of its bytes.
     holding: Option<Holding>,
 }
 
-/// Copies what the attachment says of the client to where gRPC has it.
+/// Copies the client's headers from the attachment to gRPC's metadata.
 fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status> {
     let Some(attachment) = query.attachment() else { return Ok(()) };
     let text = attachment.to_bytes();
@@ -239,7 +239,7 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
             |_| Status::invalid_argument(format!("the attachment's {API_VERSION_HEADER} is no text"));
         metadata.insert(API_VERSION_HEADER, MetadataValue::try_from(said).map_err(refuse)?);
     }
-    // A name or a token that is none is not read, whatever carries it.
+    // Invalid names and tokens are ignored on every transport.
     for header in [CLIENT_HEADER, TOKEN_HEADER] {
         if let Some(Ok(said)) = keys::parse_attachment(&text, header).map(MetadataValue::try_from) {
             metadata.insert(header, said);
@@ -248,24 +248,23 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
     Ok(())
 }
 
-/// The session that asks, by what the query says.
+/// Returns the session of a query's sender, as the query claims.
 fn asker(query: &Query) -> Option<String> {
     said_session(query).or_else(|| Some(query.source_info()?.source_id().zid().to_string()))
 }
 
-/// The session that the attachment of a query says it is of.
+/// Returns the session that the attachment of a query claims.
 fn said_session(query: &Query) -> Option<String> {
     let text = query.attachment()?.to_bytes();
     keys::parse_attachment(&String::from_utf8_lossy(&text), SESSION_HEADER).map(str::to_owned)
 }
 
-/// What a query gets: a method's answer, or why there is none.
+/// Answer of a method, or the refusal.
 type Outcome = Result<(&'static Method, Bytes), Status>;
 
 impl Calls {
-    /// Answers of a stream, each a reply. How it ended is the last one, which is left to
-    /// the caller: `OK` where the daemon ended it in good order, `DEADLINE_EXCEEDED` where its time
-    /// is over.
+    /// Sends the answers of a stream, each as a reply. It returns the last reply, which reports the end: `OK`
+    /// if the daemon ended it in good order, `DEADLINE_EXCEEDED` if its time is over.
     async fn stream_to(
         &self,
         query: &Query,
@@ -275,7 +274,7 @@ impl Calls {
             Ok(length) => length,
             Err(status) => return Some(Err(status)),
         };
-        // Where each query is one credit it ends with its answer.
+        // If each query is one credit, it ends with its answer.
         let is_credit = method.takes_many;
         let permit = if is_credit { None } else { self.streams.try_acquire().ok() };
         if permit.is_none() && !is_credit {
@@ -311,7 +310,7 @@ impl Calls {
     }
 }
 
-/// How long the asker wants a stream to go on.
+/// Returns the wanted duration of a stream.
 fn stream_length(query: &Query, longest: Duration) -> Result<Duration, Status> {
     let Some(said) = query.parameters().get(FOR) else { return Ok(STREAM) };
     let length = said.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
@@ -322,7 +321,7 @@ fn stream_length(query: &Query, longest: Duration) -> Result<Duration, Status> {
     })
 }
 
-/// Waits where the asker does not read.
+/// Sends a reply. It waits while the client does not read.
 fn reply(query: &Query, outcome: Outcome) {
     let sent = match outcome {
         Ok((method, answer)) => {

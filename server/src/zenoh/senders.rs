@@ -1,9 +1,9 @@
-//! Threads that replies leave on.
+//! Threads that send replies.
 //!
-//! Zenoh sends a reply on the thread that asks it to, and waits there for up to five seconds where the asker does not
-//! read; then it gives up that asker's connection. Who asks is not said with a query, so that one queue an asker
-//! cannot be. Instead each reply that waits has a thread, and there are as many threads as queries that
-//! are answered at one time: a client that does not read holds up its own replies and no others.
+//! Zenoh sends a reply on the calling thread, and waits there for up to five seconds if the client does not
+//! read. Then it drops that client's connection. A query does not identify its sender, so there cannot be a
+//! queue for each client. Instead, each waiting reply has a thread, and there are as many threads as
+//! simultaneous queries. A client that does not read delays only its own replies.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -11,23 +11,23 @@ use tokio::sync::Semaphore;
 
 use simd_world::blocking_threads::BlockingThreads;
 
-/// Sending goes through a few functions of Zenoh's, and needs no more.
+/// Stack size, bytes: sending only passes a few functions of Zenoh.
 const STACK_BYTES: usize = 512 * 1024;
 
-/// What becomes of replies.
+/// Numbers of replies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Replies {
-    /// That wait for their askers now.
+    /// Number of replies that wait for their clients now.
     pub waiting: usize,
-    /// That were sent since the start.
+    /// Number of replies sent since the start.
     pub sent: u64,
 }
 
-/// So many replies can wait at one time.
+/// Threads for a limited number of simultaneous replies.
 #[derive(Debug)]
 pub(super) struct Senders {
-    /// One reply is sent where it was made, which saves the way to another thread: nearly always there
-    /// is no more than one.
+    /// Permit to send one reply on the thread that made it, which saves a switch of threads: usually there is
+    /// only one.
     in_place: Semaphore,
     threads: BlockingThreads,
     waiting: AtomicUsize,
@@ -36,14 +36,14 @@ pub(super) struct Senders {
 
 impl Senders {
     /// # Errors
-    /// Returns an error if the system gives no threads.
+    /// Returns an error if the system refuses threads.
     pub(super) fn new(threads: usize) -> std::io::Result<Self> {
         let threads = BlockingThreads::waiting("zenoh-reply", threads, STACK_BYTES)?;
         let (waiting, sent) = (AtomicUsize::new(0), AtomicU64::new(0));
         Ok(Self { in_place: Semaphore::new(1), threads, waiting, sent })
     }
 
-    /// Sends, while other tasks go on: it may wait for a receiver that does not read.
+    /// Sends a reply while other tasks continue: it may wait for a receiver that does not read.
     pub(super) async fn send(&self, send: impl FnOnce() + Send + 'static) {
         let _counted = CountWaiting::new(self);
         if let Ok(_permit) = self.in_place.try_acquire() {
@@ -54,7 +54,7 @@ impl Senders {
         }
     }
 
-    /// What became of replies so far.
+    /// Returns the counts of replies so far.
     pub(super) fn replies(&self) -> Replies {
         let (waiting, sent) = (self.waiting.load(Ordering::Relaxed), self.sent.load(Ordering::Relaxed));
         Replies { waiting, sent }

@@ -1,9 +1,10 @@
-//! Which sessions of clients are there, so that what is bound to one ends with it.
+//! Present sessions of clients, so that objects bound to one end with it.
 //!
-//! Zenoh says which sessions are connected to this one. A client behind a router says by a liveliness token that it is there.
-//! A query need not say of which session it is; the streams of one that does not end with their time alone.
+//! Zenoh reports the sessions that are connected to this one. A client behind a router shows its presence by
+//! a liveliness token. A query need not name its session; the streams of such a query only end with their
+//! time.
 //!
-//! Bounded: [`SESSIONS`] of each kind are followed at one time; what is bound to others cannot be.
+//! Bounded: [`SESSIONS`] of each kind are followed at one time; nothing can be bound to others.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,18 +17,18 @@ use zenoh::sample::SampleKind;
 use super::Error;
 use simd_world::handle::Disconnect;
 
-/// Sessions that are followed.
+/// Maximum number of followed sessions.
 const SESSIONS: usize = 4096;
 
-/// Those that are there.
+/// The present sessions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sessions(Arc<Mutex<There>>);
 
 #[derive(Debug, Default)]
 struct There {
-    /// By the tokens of clients.
+    /// Sessions by the tokens of clients.
     tokens: HashMap<String, CancellationToken>,
-    /// That are connected to the daemon's own.
+    /// Sessions that are connected to the daemon's own.
     connected: HashMap<String, CancellationToken>,
 }
 
@@ -64,19 +65,20 @@ impl Sessions {
         note(&mut self.lock().connected, zid, kind);
     }
 
-    /// What tells when a session has ended by its token; `None` where it has none.
+    /// Returns the token that is cancelled when a session's liveliness token ends; `None` if it has none.
     pub(super) fn of(&self, zid: &str) -> Option<Disconnect> {
         self.lock().tokens.get(zid).cloned().map(Disconnect)
     }
 
-    /// What tells when the session that a query says it is of has ended; `None` where that session is not followed.
+    /// Returns the token that is cancelled when the session that a query names ends; `None` if it is not
+    /// followed.
     pub(super) fn end_of(&self, zid: &str) -> Option<CancellationToken> {
         let There { tokens, connected } = &*self.lock();
         connected.get(zid).or_else(|| tokens.get(zid)).cloned()
     }
 }
 
-/// Notes that a session has come or gone.
+/// Notes that a session has appeared or disappeared.
 fn note(sessions: &mut HashMap<String, CancellationToken>, zid: &str, kind: SampleKind) {
     match kind {
         SampleKind::Put if sessions.len() < SESSIONS || sessions.contains_key(zid) => {
@@ -106,7 +108,7 @@ mod tests {
         sessions.note_token("a1", SampleKind::Delete);
         assert!(first.is_cancelled());
         assert!(sessions.of("a1").is_none());
-        // One that comes back is another.
+        // A session that returns is another one.
         sessions.note_token("a1", SampleKind::Put);
         assert!(!sessions.of("a1").unwrap().0.is_cancelled());
     }

@@ -1,8 +1,9 @@
-//! Joint targets that come as publications: taken in the order in which they come,
-//! without an answer. Refusals are counted, and logged once a second at the most.
+//! Joint targets as publications: accepted in order, without an answer. Refusals are counted, and logged at
+//! most once per second.
 //!
-//! Bounded: what comes while [`WAITING`] messages wait, or as many bytes as one message may have, is lost and
-//! counted, since the next one is newer anyway. A message that is longer than a call may be is refused unread.
+//! Bounded: targets that arrive while [`WAITING`] messages wait, or the bytes of one largest message, are
+//! lost and counted. The next one is newer anyway. A message that exceeds the maximum of a call is refused
+//! unread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -27,16 +28,16 @@ use simd_world::SimHandle;
 use simd_world::access::{Grant, role_of};
 use simd_world::handle::{Caller, RefusedUnanswered, Transport};
 
-/// Messages that wait to be read.
+/// Maximum number of messages that wait to be read.
 const WAITING: usize = 256;
-/// Commands that wait for their step.
+/// Maximum number of commands that wait for their step.
 const UNDER_WAY: usize = 64;
-/// The most that the bytes of messages can be limited to.
+/// Upper bound of the limit of messages' bytes.
 const MOST_BYTES: usize = 1 << 28;
-/// How often refusals are logged.
+/// Time between two logged summaries of refusals.
 const REPORT: Duration = Duration::from_secs(1);
 
-/// Targets, and what goes with them.
+/// Targets, with their proof and headers.
 #[derive(Debug)]
 struct Sent {
     payload: ZBytes,
@@ -46,19 +47,20 @@ struct Sent {
     _room: OwnedSemaphorePermit,
 }
 
-/// What comes, on the way to who reads it.
+/// Inbox of messages for the reading task.
 struct Inbox {
     sender: mpsc::Sender<Sent>,
-    /// A permit for each byte.
+    /// Permits, one per byte.
     room: Arc<Semaphore>,
-    /// Bytes of one message, and of all that wait or are worked on.
+    /// Maximum bytes of one message, and of all messages waiting or in progress.
     limit: usize,
     lost: Arc<AtomicU64>,
     long: Arc<AtomicU64>,
 }
 
 impl Inbox {
-    /// On Zenoh's own thread: nothing is waited for. `prove` sees what the message proves, where it is taken.
+    /// Runs on Zenoh's own thread, without waiting. `prove` checks the message's proof, if the message is
+    /// accepted.
     fn take(&self, payload: &ZBytes, attachment: Option<&ZBytes>, prove: impl FnOnce() -> Proven) {
         let bytes = payload.len() + attachment.map_or(0, ZBytes::len);
         if bytes > self.limit {
@@ -77,7 +79,7 @@ impl Inbox {
     }
 }
 
-/// Takes targets from now on.
+/// Accepts targets from now on.
 pub(super) async fn serve(
     session: &Session,
     name: &str,
@@ -96,7 +98,7 @@ pub(super) async fn serve(
     Ok(())
 }
 
-/// For messages of at most so many bytes.
+/// Makes an inbox for messages of at most `limit` bytes.
 fn inbox(limit: u64) -> (Inbox, mpsc::Receiver<Sent>) {
     let (sender, receiver) = mpsc::channel(WAITING);
     let limit = usize::try_from(limit).unwrap_or(usize::MAX).min(MOST_BYTES);
@@ -105,7 +107,7 @@ fn inbox(limit: u64) -> (Inbox, mpsc::Receiver<Sent>) {
 }
 
 async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, mut refusals: Refusals) {
-    // Polled in the order in which they came, so that they enter the mailbox in that order.
+    // Polled in order, so that they enter the mailbox in order.
     let mut results = ReceiverStream::new(receiver).map(|sent| set(&handle, sent)).buffered(UNDER_WAY);
     loop {
         tokio::select! {
@@ -130,13 +132,13 @@ async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     targets.source = Some(handle.target_source(caller.as_ref()));
     handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
     if let Some(caller) = caller {
-        // It is here, though it has no answer.
+        // The client is present, though it gets no answer.
         drop(handle.begin_call(caller));
     }
     Ok(())
 }
 
-/// What the token in an attachment allows, where one is needed and it allows targets.
+/// Returns the rights of an attachment's token, if tokens are required and it allows targets.
 fn check(handle: &SimHandle, attachment: Option<&ZBytes>) -> Result<Option<Arc<Grant>>, String> {
     if !handle.access().is_required() {
         return Ok(None);
@@ -149,20 +151,20 @@ fn check(handle: &SimHandle, attachment: Option<&ZBytes>) -> Result<Option<Arc<G
     granted.map_err(|denied| denied.to_string())
 }
 
-/// Who publishes, by the attachment.
+/// Returns the publishing client, from the attachment.
 fn caller(attachment: &[u8]) -> Option<Caller> {
     let text = String::from_utf8_lossy(attachment);
     Caller::said(keys::parse_attachment(&text, CLIENT_HEADER)?, Transport::Zenoh)
 }
 
-/// What was refused since it was last logged.
+/// Refusals since the last log line.
 struct Refusals {
     number: u64,
-    /// Why the last of them was.
+    /// Reason of the last refusal.
     last: String,
     lost: Arc<AtomicU64>,
     long: Arc<AtomicU64>,
-    /// Bytes that a message may have.
+    /// Maximum bytes of a message.
     limit: usize,
     ticks: Interval,
 }

@@ -1,23 +1,24 @@
-//! Limits: of descriptions, of the service, of connections.
+//! Limits of descriptions, of the service and of connections.
 
 use simd_model::LoadLimits;
 
 use crate::config::draft::Draft;
 use crate::config::key::{Access, Key, MANY, Whole};
 
-/// Times that can be configured.
+/// Range of configurable times, seconds.
 const SECONDS: std::ops::RangeInclusive<f64> = 0.1..=604_800.0;
 
 pub(super) fn keys() -> Vec<Key> {
     [descriptions(), service(), clients(), connections()].into_iter().flatten().collect()
 }
 
-/// What descriptions are held to. What a mesh may be can be made less, not more: its readers are built for that.
+/// Returns the limits of descriptions. Limits of meshes can be lowered but not raised: the readers are built
+/// for them.
 fn descriptions() -> Vec<Key> {
     let most = LoadLimits::default();
     let count = |path, range, meaning, field| Key::new(path, meaning, Access::Count(range, field));
     vec![
-        // A daemon also holds each description to service.description_bytes, on its disk too.
+        // service.description_bytes also limits each description, even on the daemon's disk.
         count("limits.urdf_bytes", 1..=1 << 30, "bytes of a URDF", |draft| {
             &mut draft.config.limits.reading.urdf_bytes
         }),
@@ -231,7 +232,7 @@ fn service() -> Vec<Key> {
     ]
 }
 
-/// What one client may have, so that it leaves room for others.
+/// Returns the limits of one client, which leave room for others.
 fn clients() -> Vec<Key> {
     let count = |path, range, meaning, field: fn(&mut Draft) -> &mut dyn Whole| {
         Key::new(path, meaning, Access::Count(range, field))

@@ -1,4 +1,4 @@
-//! How the daemon is reached: TLS, Zenoh, ROS 2.
+//! Transports: TLS, Zenoh, ROS 2.
 
 use crate::config::key::{Access, Key};
 use crate::config::ros2::{Distro, MAX_DOMAIN_ID, MAX_RATE};

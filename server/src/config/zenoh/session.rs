@@ -1,7 +1,8 @@
-//! The settings of the Zenoh session that follow from the configuration.
+//! Settings of the Zenoh session that follow from the configuration.
 //!
-//! Zenoh's own defaults are open: it looks for others by multicast, listens on every address, and takes messages of a
-//! gibibyte. Ours are closed, and a file of the operator's can set anything over them.
+//! Zenoh's own defaults are open: it looks for others by multicast, listens on every address, and takes
+//! messages of a gibibyte. The daemon's defaults are closed, and the operator's file can override any of
+//! them.
 
 use std::path::Path;
 
@@ -10,26 +11,28 @@ use serde_json::{Map, Value, json};
 use super::super::TlsFiles;
 use super::{Zenoh, is_loopback};
 
-/// Messages above this are refused before they are read, so that an untrusted client cannot fill the memory.
+/// Maximum message size, bytes: larger ones are refused before they are read, so that an untrusted client
+/// cannot fill the memory.
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
-/// A session that says nothing for so long is taken for gone: its queries and its token end.
+/// Time without a sign of life after which a session counts as gone: its queries and its token end.
 const LEASE_MS: u64 = 5_000;
-/// How long a reply waits for a session that does not read; then the session is closed, with all that it asked for. While it
-/// waits, whatever else is sent to that session waits too.
+/// Longest time for a client to open a session. `ACCEPT_PENDING` limits the clients that may be about to;
+/// further ones are closed at once. So silent connections keep others out at most for this time. Zenoh counts
+/// all clients together, so the time is short and the number large.
 const REPLY_WAIT_US: u64 = 500_000;
-/// How long a client that connects may take to open a session, and how many may be about to: more are closed at
-/// once, so that silent connections keep others out for no longer than that. Zenoh takes all of them, from wherever
-/// they come, so the time is short and they are many.
+/// Longest time for a client to open a session; further pending sessions above a number are closed at once.
+/// So silent connections keep others out at most for this time. Zenoh counts all clients together, so the
+/// time is short and the number large.
 const ACCEPT_MS: u64 = 5_000;
 const ACCEPT_PENDING: usize = 128;
-/// Sessions at one time. With the connections of gRPC and HTTP they are fewer than the 1024 files that a process may
-/// usually open.
+/// Maximum number of sessions. With the connections of gRPC and HTTP they are fewer than the 1024 files that
+/// a process may usually open.
 const MAX_SESSIONS: usize = 200;
-/// How long a start waits for the routers that it was given.
+/// Longest wait of a start for the given routers.
 const CONNECT_MS: i64 = 2_000;
 
 impl Zenoh {
-    /// All settings of the session. The error is a sentence.
+    /// Returns all settings of the session. The error is a sentence.
     pub(crate) fn settings(&self) -> Result<zenoh::Config, String> {
         let mut settings = self.ours();
         let mut whose = "the settings of Zenoh".to_owned();
@@ -41,8 +44,8 @@ impl Zenoh {
             .map_err(|error| format!("{whose} are refused: {}", one_line(&error.to_string())))
     }
 
-    /// Routers relay between clients, and not between peers: a daemon that joins one and listens
-    /// nowhere is a client of it, so that daemons see each other's names.
+    /// Returns the daemon's defaults. Routers relay between clients, and not between peers. So a daemon that
+    /// joins one and listens nowhere is its client, and daemons see each other's names.
     fn ours(&self) -> Value {
         let is_client = !self.connect.is_empty() && self.listens_on().is_empty();
         let (mode, connect_ms) = if is_client { ("client", CONNECT_MS) } else { ("peer", -1) };
@@ -54,12 +57,13 @@ impl Zenoh {
                 "retry": { "period_init_ms": 100, "period_max_ms": 1000 },
             },
             "scouting": {
-                // How long a start waits for its routers, whatever Zenoh calls it.
+                // Longest wait of a start for its routers, despite Zenoh's name for it.
                 "delay": CONNECT_MS,
                 "multicast": { "enabled": false },
                 "gossip": { "enabled": false },
             },
-            // A reply has the priority of its query. It has a queue apart from publications, which must not wait for it.
+            // A reply has the priority of its query. It has a separate queue from publications, which must
+            // not wait for it.
             "qos": { "network": [{
                 "messages": ["query"], "flows": ["ingress"], "overwrite": { "priority": "data_high" },
             }] },
@@ -93,9 +97,9 @@ impl Zenoh {
         settings
     }
 
-    /// The settings must be some that Zenoh takes. They may listen where others can reach it only where the operator says
-    /// so, or where calls need tokens and sessions need certificates, since publications go to every session; and join routers of other
-    /// machines only where the operator says so, or by TLS where calls need tokens.
+    /// Checks that Zenoh accepts the settings, and that they are safe. An address that others can reach
+    /// requires `insecure`, or tokens for calls and certificates for sessions, since publications go to every
+    /// session. Routers of other machines require `insecure`, or TLS and tokens for calls.
     pub(in crate::config) fn check(&self, insecure: bool, has_tokens: bool) -> Result<(), String> {
         if !self.enabled {
             return Ok(());
@@ -104,7 +108,7 @@ impl Zenoh {
         if insecure {
             return Ok(());
         }
-        // As they hold, from wherever they come.
+        // Effective values, from any source.
         let value = |key: &str| -> Result<Value, String> {
             let text = settings.get_json(key).map_err(|error| format!("{key} of Zenoh: {error}"))?;
             serde_json::from_str(&text).map_err(|error| format!("{key} of Zenoh: {error}"))
@@ -113,7 +117,7 @@ impl Zenoh {
             let all = strings(&value(key)?);
             Ok(all.into_iter().filter(|locator| !is_loopback(locator)).collect())
         };
-        // Settings of a locator's own, after #, may take back what TLS is for.
+        // Settings of the locator itself, after #, may undo the protection of TLS.
         let is_private =
             |locator: &str| has_tokens && locator.split('/').next() == Some("tls") && !locator.contains('#');
         let tls = value("transport/link/tls")?;
@@ -146,7 +150,7 @@ impl Zenoh {
     }
 }
 
-/// Every text in it: endpoints come as a list, or as lists by mode.
+/// Returns every text in a value: endpoints are a list, or lists by mode.
 fn strings(value: &Value) -> Vec<String> {
     match value {
         Value::String(text) => vec![text.clone()],
@@ -171,7 +175,7 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// What is over wins, field by field.
+/// Merges settings field by field; `over` wins.
 fn merge(under: &mut Value, over: Value) {
     match (under, over) {
         (Value::Object(under), Value::Object(over)) => merge_fields(under, over),

@@ -1,4 +1,4 @@
-//! Who is served, who is closed for it, and who is refused.
+//! Served, closed and refused connections.
 
 use std::net::Ipv4Addr;
 
@@ -22,7 +22,7 @@ const LIMITS: DaemonLimits = DaemonLimits {
     open_calls: 2048,
 };
 
-/// Connections that are numbered as they come, a second after each other.
+/// Connections, numbered in order, that arrive one second after each other.
 struct Coming {
     connections: Arc<Connections>,
     number: u64,
@@ -39,7 +39,7 @@ impl Coming {
         self.connections.admit(self.number, address, &CancellationToken::new())
     }
 
-    /// That has a call at work.
+    /// Returns a connection with a call at work.
     async fn busy(&mut self, address: Address) -> (Slot, Arc<Call>) {
         let slot = self.next(address).await.unwrap();
         let call = Call::begin(&slot.activity);
@@ -146,7 +146,7 @@ async fn connections_of_http_1_have_shares_of_their_own() {
     browser(&mut coming, Address::Loopback).await.unwrap();
     browser(&mut coming, Address::Loopback).await.unwrap();
     assert_eq!(browser(&mut coming, Address::Loopback).await, Err(Full::All));
-    // The one of them that waits for its client goes, and no program's.
+    // The browser's connection that waits for its client is closed, and no program's.
     held.lock().unwrap()[1].1.wait();
     browser(&mut coming, Address::Loopback).await.unwrap();
     let closing: Vec<_> = held.lock().unwrap().iter().map(|(slot, _)| slot.end.is_cancelled()).collect();
@@ -172,7 +172,7 @@ async fn who_is_idle_for_too_long_is_closed_and_cut_if_it_stays() {
     assert!(!busy.end.is_cancelled());
 }
 
-/// However fast they come, and however slowly those that are closed end.
+/// At any speed of arrival, and however slowly closed ones end.
 #[tokio::test(start_paused = true)]
 async fn a_flood_does_not_open_more_than_the_limit_and_some_that_are_closing() {
     let mut coming = Coming::new();

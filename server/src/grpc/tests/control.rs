@@ -1,4 +1,4 @@
-//! What `Control` promises.
+//! Guarantees of `Control`.
 
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
@@ -96,7 +96,7 @@ async fn a_reader_that_stalls_is_at_most_one_state_behind() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut controller = Controller::connect(&daemon).await;
     let first = controller.ask(credit()).await.states.unwrap();
-    // Its credit is answered with the first of these steps; then nothing is read.
+    // Its credit is answered with the first of these steps; then it does not read.
     controller.send(credit()).await;
     daemon.handle.step(1000).await.unwrap();
     let stalled = controller.receive().await.states.unwrap();

@@ -1,4 +1,4 @@
-//! Who asks whether the daemon is well has an answer, whatever others ask for.
+//! Health checks get an answer, whatever other clients request.
 
 use std::sync::mpsc;
 
@@ -8,7 +8,7 @@ use tokio_util::task::TaskTracker;
 
 use super::*;
 
-/// What comes back on a connection of its own, until it is closed.
+/// Returns the answer on a separate connection, until it is closed.
 async fn get(address: SocketAddr, path: &str) -> String {
     let mut stream = TcpStream::connect(address).await.unwrap();
     stream.write_all(format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n").as_bytes()).await.unwrap();
@@ -55,7 +55,7 @@ async fn a_connection_that_begins_with_another_request_is_served_as_before() {
         let mut answer = [0; 12];
         stream.read_exact(&mut answer).await.unwrap();
         assert_eq!(&answer, b"HTTP/1.1 200", "{path}");
-        // The rest of it: both are short.
+        // The rest of the answer: both are short.
         let mut rest = [0; 4096];
         assert!(stream.read(&mut rest).await.unwrap() > 0);
     }

@@ -1,4 +1,4 @@
-//! How a daemon goes down.
+//! Draining of a daemon.
 
 use tokio_stream::wrappers::ReceiverStream;
 use tonic_health::pb::HealthCheckRequest;

@@ -1,4 +1,4 @@
-//! Connections without a call, requests that do not arrive and answers that are not read.
+//! Connections without a call, requests that do not arrive, and unread answers.
 
 use std::pin::Pin;
 use std::task::{Context, Poll};
@@ -17,12 +17,12 @@ use crate::config::Connections as DaemonLimits;
 
 const HOUR: Duration = Duration::from_secs(3600);
 
-/// What the frames of a connection were: type, flags, and the length of what came with it.
+/// Type, flags and payload length of a frame.
 type FrameHead = (u8, u8, usize);
 const PING: u8 = 6;
 const GOAWAY: u8 = 7;
 
-/// A connection of HTTP/2 that answers pings and does nothing else.
+/// Makes an HTTP/2 connection that only answers pings, and returns the pings and the frames.
 async fn answers_pings(address: SocketAddr) -> (usize, Vec<FrameHead>) {
     let mut stream = TcpStream::connect(address).await.unwrap();
     // The preface and empty settings.
@@ -52,7 +52,7 @@ async fn who_only_answers_pings_is_closed_and_learns_so() {
     assert!(start.elapsed() >= DaemonLimits::default().idle, "{:?}", start.elapsed());
     assert!(pings > 5, "{pings}");
     assert!(frames.iter().any(|(kind, ..)| *kind == GOAWAY), "{frames:?}");
-    // A stream on which nothing happens is a call.
+    // An idle stream counts as a call.
     assert_eq!(daemon.connections.count(), 1);
     tokio::time::resume();
     daemon.simulation().reset_simulation(v1::ResetSimulationRequest::default()).await.unwrap();
@@ -64,7 +64,7 @@ async fn an_idle_client_goes_on_after_its_connection_was_closed() {
     let daemon = Daemon::start(RunState::Paused).await;
     daemon.simulation().get_physics(v1::GetPhysicsRequest {}).await.unwrap();
     tokio::time::pause();
-    // It came later, and so it is closed later.
+    // It was opened later, and so it is closed later.
     timeout(HOUR, answers_pings(daemon.address)).await.unwrap();
     assert_eq!(daemon.connections.count(), 0);
     tokio::time::resume();
@@ -74,7 +74,7 @@ async fn an_idle_client_goes_on_after_its_connection_was_closed() {
     assert_eq!(daemon.connections.count(), 1);
 }
 
-/// The beginning of a message, and then nothing.
+/// The beginning of a message, without the rest.
 struct Stuck(bool);
 
 impl Body for Stuck {
@@ -108,11 +108,11 @@ async fn a_request_that_does_not_arrive_is_refused_with_a_reason() {
     assert_eq!(reason(&status), "LIMIT_EXCEEDED", "{status:?}");
     assert!(status.message().contains("within 30 s"), "{status:?}");
     assert!(start.elapsed() >= DaemonLimits::default().body, "{:?}", start.elapsed());
-    // The connection is good for other calls.
+    // The connection still serves other calls.
     daemon.simulation().get_physics(v1::GetPhysicsRequest {}).await.unwrap();
 }
 
-/// Each byte earns time, so that what is large may take long, and what trickles may not.
+/// Each byte earns time: a large body may take long, but a trickling one may not.
 #[tokio::test]
 async fn a_slow_body_of_http_1_ends_its_connection() {
     let daemon = Daemon::start_with(
@@ -138,7 +138,7 @@ async fn a_slow_body_of_http_1_ends_its_connection() {
     timeout(HOUR, closed(&browser)).await.unwrap();
 }
 
-/// A controller may think for as long as it likes, but not for ever.
+/// A controller may be silent for long, but not forever.
 #[tokio::test]
 async fn a_stream_of_requests_is_no_slow_body_but_has_a_limit_of_its_own() {
     let limits = DaemonLimits { stream_silence: Duration::from_secs(1000), ..DaemonLimits::default() };
@@ -158,7 +158,7 @@ async fn a_stream_of_requests_is_no_slow_body_but_has_a_limit_of_its_own() {
 #[tokio::test]
 async fn a_client_that_reads_no_answer_is_idle_and_one_that_waits_for_it_is_not() {
     let daemon = Daemon::start(RunState::Playing).await;
-    // As many states as there can be, which fill a small window of HTTP/2 and are not read.
+    // As many states as possible, which fill a small HTTP/2 window and are not read.
     let request = v1::WatchJointStatesRequest { rate: 1000.0, ..Default::default() };
     let endpoint = Endpoint::from_shared(format!("http://{}", daemon.address)).unwrap();
     let channel = endpoint.initial_stream_window_size(4096).connect().await.unwrap();

@@ -1,4 +1,4 @@
-//! Connections as they come, and how long they may say nothing.
+//! Arriving connections, and how long they may be silent.
 
 use std::future::poll_fn;
 use std::io;
@@ -29,7 +29,7 @@ fn limits() -> ConnectionLimits {
     }
 }
 
-/// What becomes of connections from the loopback address that come in this order.
+/// Returns the results of connections from the loopback address that arrive in this order.
 async fn accepted(
     source: impl IntoIterator<Item = io::Result<DuplexStream>>,
 ) -> Vec<Connection<DuplexStream>> {
@@ -42,7 +42,7 @@ async fn accepted(
     served
 }
 
-/// A client's end of a connection, and the daemon's.
+/// Returns a client's end of a connection, and the daemon's.
 async fn connection() -> (DuplexStream, Connection<DuplexStream>) {
     let (client, server) = tokio::io::duplex(64);
     (client, accepted([Ok(server)]).await.remove(0))
@@ -53,7 +53,7 @@ async fn send(client: &mut DuplexStream, bytes: &[u8]) {
     assert_eq!(sent, bytes.len());
 }
 
-/// How many bytes came.
+/// Returns the number of received bytes.
 async fn receive(connection: &mut Connection<DuplexStream>) -> io::Result<usize> {
     let mut bytes = [0; 64];
     let mut buffer = ReadBuf::new(&mut bytes);
@@ -93,7 +93,7 @@ async fn a_connection_that_began_may_be_silent() {
     assert_eq!(receive(&mut connection).await.unwrap(), 5);
 }
 
-/// Whatever is no preface is HTTP/1.1, be it only at its last byte.
+/// A connection without the preface is HTTP/1.1, even if it differs only in its last byte.
 #[tokio::test(start_paused = true)]
 async fn a_connection_of_http_1_ends_where_nothing_goes_over_it_for_long() {
     for begin in [b"GET / HTTP/1.1\r\n".as_slice(), b"P", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\r"] {
@@ -106,7 +106,7 @@ async fn a_connection_of_http_1_ends_where_nothing_goes_over_it_for_long() {
         }
         let start = Instant::now();
         tokio::time::advance(limits().http1_silence / 2).await;
-        // What is written is no silence.
+        // A write is traffic too.
         poll_fn(|context| Pin::new(&mut connection).poll_write(context, b"x")).await.unwrap();
         assert_eq!(receive(&mut connection).await.unwrap_err().kind(), io::ErrorKind::TimedOut);
         assert!(start.elapsed() >= limits().http1_silence * 3 / 2, "{:?}", start.elapsed());
@@ -129,7 +129,7 @@ async fn browsers_leave_room_for_programs() {
     assert!(refused.contains("all connections are in use"), "{refused}");
 }
 
-/// A client whose connection is cut learns of it, whether it was read from or written to.
+/// A client whose connection is cut gets an error, on reads and on writes.
 #[tokio::test]
 async fn a_connection_that_is_cut_fails_also_where_its_client_does_not_read() {
     let (_client, mut connection) = connection().await;
@@ -182,7 +182,7 @@ async fn the_daemon_closes_a_silent_connection_and_serves_on() {
     later.get_physics(v1::GetPhysicsRequest {}).await.unwrap();
 }
 
-/// Ends when the other side has closed the connection.
+/// Waits until the other side has closed the connection.
 pub(super) async fn closed(stream: &TcpStream) {
     loop {
         stream.readable().await.unwrap();

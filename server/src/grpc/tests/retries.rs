@@ -1,4 +1,4 @@
-//! Ids of requests, as any client of gRPC may send them.
+//! Request ids, as any gRPC client may send them.
 
 use prost::Message as _;
 use prost::encoding::{WireType, encode_key, encode_varint};
@@ -18,7 +18,7 @@ fn named<T>(name: &str, message: T) -> Request<T> {
     request
 }
 
-/// A field of any value but its default.
+/// Returns a field with a value other than its default.
 fn field(field: &FieldDescriptorProto, text: &[u8]) -> Vec<u8> {
     let (number, mut bytes) = (field.number() as u32, Vec::new());
     match field.r#type() {
@@ -39,7 +39,7 @@ fn field(field: &FieldDescriptorProto, text: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Two requests of a message with the same id; `None` where it has none.
+/// Returns two requests of a message with the same id; `None` if it has none.
 fn pair(message: &DescriptorProto) -> Option<[Vec<u8>; 2]> {
     let (ids, others): (Vec<_>, Vec<_>) =
         message.field.iter().partition(|field| field.name() == "request_id");
@@ -49,7 +49,8 @@ fn pair(message: &DescriptorProto) -> Option<[Vec<u8>; 2]> {
     Some([id.clone(), [id, field(other, text)].concat()])
 }
 
-/// Methods whose request has an id, by itself or in a request within, with two requests of the same id.
+/// Returns methods whose request has an id, directly or in an inner request, with two requests of the same
+/// id.
 fn methods_with_ids() -> Vec<(&'static Method, [Vec<u8>; 2])> {
     let schema = FileDescriptorSet::decode(v1::FILE_DESCRIPTOR_SET).unwrap();
     let messages: Vec<_> = schema.file.iter().flat_map(|file| &file.message_type).collect();
@@ -82,7 +83,7 @@ async fn every_method_with_an_id_refuses_that_of_another_request() {
     assert!(methods.len() > 20, "{}", methods.len());
     for (method, [first, other]) in methods {
         let path = &method.path;
-        // It may well be refused, for it has nothing but its id.
+        // The service may refuse it, since it has nothing but its id.
         let done = call(&daemon, method, first.clone()).await.map_err(|status| reason(&status));
         assert_ne!(done, Err("REQUEST_ID_REUSED".to_owned()), "{path}");
         let again = call(&daemon, method, first).await.map_err(|status| reason(&status));
@@ -133,7 +134,7 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
     assert!(left.into_inner().saved_states.is_empty());
 }
 
-/// An untrusted client knows the client's name, what it claims, and the id, which it may guess.
+/// An untrusted client knows the client's name, its claims, and the id, which it may guess.
 #[tokio::test]
 async fn a_claims_secret_is_given_again_over_its_own_connection_alone() {
     let daemon = Daemon::start(RunState::Paused).await;
@@ -159,7 +160,7 @@ async fn a_claims_secret_is_given_again_over_its_own_connection_alone() {
     assert_eq!(reason(&refused), "JOINT_CLAIMED");
 }
 
-/// Each refusal has a report of a megabyte or so, which is never asked for again.
+/// Each refusal has a report of about a megabyte, which is never requested again.
 #[tokio::test]
 async fn refused_robots_are_remembered_by_their_refusal_and_not_by_their_report() {
     let daemon = Daemon::start(RunState::Paused).await;

@@ -292,7 +292,7 @@ async fn what_the_transport_refuses_has_a_reason_too() {
     assert_eq!(reason(&refused), "LIMIT_EXCEEDED");
     assert_eq!(refused.code(), Code::ResourceExhausted);
 
-    // A request of another method: its first field is bytes that are no text.
+    // A request of another method: its first field is not valid text.
     let mut client = tonic::client::Grpc::new(daemon.channel.clone());
     client.ready().await.unwrap();
     let codec =

@@ -1,5 +1,5 @@
-//! Pictures of cameras at their own rate: a key for each, and on it each picture as it comes. A subscriber is what makes renderers draw
-//! them.
+//! Pictures of cameras at their own rate: each camera has a key for its pictures. A subscription makes
+//! renderers draw them.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,19 +13,19 @@ use zenoh::pubsub::Publisher;
 use super::{Demand, World, has_subscribers, publisher, put_all};
 use simd_api::convert::to_proto;
 
-/// The name of the message in the schema.
+/// Name of the message in the schema.
 pub(super) const MESSAGE: &str = "CameraPicture";
-/// How often new pictures are looked for.
+/// Time between two looks for new pictures.
 const PERIOD: Duration = Duration::from_millis(10);
 
 /// A camera's key.
 struct Topic {
     publisher: Publisher<'static>,
-    /// The number of the last picture that left; 0 while it has no subscriber.
+    /// Number of the last published picture; 0 without a subscriber.
     after: u64,
 }
 
-/// Publishes for as long as it is polled.
+/// Publishes while it is polled.
 pub(super) async fn publish(world: World, mut demand: Demand) {
     let mut ticks = interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

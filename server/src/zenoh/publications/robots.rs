@@ -1,22 +1,22 @@
-//! A key for each robot of a world, as its robots come and go.
+//! Keys of robots, which follow the robots of the world.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
 
 use simd_core::simulation::published_state::WorldLayout;
 
-/// What there is for each robot, by its name: a publisher.
+/// Publishers of robots, by name.
 #[derive(Debug)]
 pub(super) struct OfRobots<P> {
     by_name: BTreeMap<String, OfRobot<P>>,
-    /// The world that they are as; none where some of its robots may lack theirs. Weak, since a task that waits for a subscriber
-    /// would keep robots that are gone; no other world gets its address.
+    /// World that the publishers match; `None` if some of its robots may lack theirs. Weak, since a task that
+    /// waits for a subscriber would keep deleted robots; no other world gets its address.
     seen: Weak<WorldLayout>,
 }
 
 #[derive(Debug)]
 struct OfRobot<P> {
-    /// In [`WorldLayout::entities`].
+    /// Index in [`WorldLayout::entities`].
     index: usize,
     publisher: P,
 }
@@ -28,8 +28,8 @@ impl<P> Default for OfRobots<P> {
 }
 
 impl<P> OfRobots<P> {
-    /// Drops what there is of robots that are not in a world. Gives the robots of the world that lack theirs, with their indices.
-    /// Looks at no robot where the world is the one of before.
+    /// Drops publishers of robots that are not in a world. Returns the robots of the world without one, with
+    /// their indices. It examines no robot if the world is unchanged.
     pub(super) fn follow(&mut self, world: &Arc<WorldLayout>) -> Vec<(usize, String)> {
         if std::ptr::eq(self.seen.as_ptr(), Arc::as_ptr(world)) {
             return Vec::new();
@@ -42,17 +42,17 @@ impl<P> OfRobots<P> {
                 None => lacking.push((index, robot.name.clone())),
             }
         }
-        // One that cannot be had is asked for again.
+        // A failed publisher is requested again.
         self.seen = if lacking.is_empty() { Arc::downgrade(world) } else { Weak::new() };
         lacking
     }
 
-    /// Adds what a robot lacked.
+    /// Adds the publisher that a robot lacked.
     pub(super) fn insert(&mut self, (index, robot): (usize, String), publisher: P) {
         self.by_name.insert(robot, OfRobot { index, publisher });
     }
 
-    /// All that there are, by name, with the indices of their robots.
+    /// Returns all publishers by name, with the indices of their robots.
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &P)> {
         self.by_name.values().map(|of| (of.index, &of.publisher))
     }
@@ -69,7 +69,7 @@ mod tests {
         publish(simulation, 1).state.world
     }
 
-    /// Gives robots that lack theirs a name of their own, and says whose those are.
+    /// Gives each robot without one a distinct name, and returns those robots.
     fn follow(robots: &mut OfRobots<String>, world: &Arc<WorldLayout>) -> Vec<String> {
         let lacking = robots.follow(world);
         for robot in lacking.clone() {

@@ -1,4 +1,4 @@
-//! Readings of sensors: a key for each, and on it fifty messages a second with what came since the one before.
+//! Readings of sensors: each sensor has a key with fifty messages per second, which contain the new readings.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -12,27 +12,27 @@ use super::{Demand, UNCHANGED, World, has_subscribers, publisher, put_all};
 use simd_api::convert::to_proto;
 use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor};
 
-/// The name of the message in the schema.
+/// Name of the message in the schema.
 pub(super) const MESSAGE: &str = "SensorReadings";
-/// Between two messages of a sensor.
+/// Time between two messages of a sensor.
 const PERIOD: Duration = Duration::from_millis(20);
 
 /// A sensor's key.
 struct Topic {
     publisher: Publisher<'static>,
-    /// While it has a subscriber.
+    /// Progress, present while it has a subscriber.
     followed: Option<Followed>,
 }
 
-/// How far a sensor's readings are published.
+/// Progress of a sensor's publication.
 struct Followed {
-    /// The number of the last one.
+    /// Number of the last published reading.
     after: u64,
-    /// When it left.
+    /// Time of the last message.
     at: Instant,
 }
 
-/// Publishes for as long as it is polled.
+/// Publishes while it is polled.
 pub(super) async fn publish(world: World, mut demand: Demand) {
     let mut ticks = interval(PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -42,7 +42,7 @@ pub(super) async fn publish(world: World, mut demand: Demand) {
         ticks.tick().await;
         let cursors = follow(&world, &mut topics).await;
         for cursors in cursors.chunks(MOST_FOLLOWED) {
-            // A sensor that went meanwhile is not among those of the next turn.
+            // A sensor deleted in the meantime is missing in the next round.
             if let Err(error) = publish_some(&world, &mut topics, cursors) {
                 tracing::debug!("readings are not published: {error}");
             }
@@ -50,7 +50,7 @@ pub(super) async fn publish(world: World, mut demand: Demand) {
     }
 }
 
-/// Has a key for each sensor that there is; those with a subscriber, and from where on.
+/// Declares a key for each existing sensor; returns the sensors with a subscriber, and their positions.
 async fn follow(world: &World, topics: &mut BTreeMap<(String, String), Topic>) -> Vec<SensorCursor> {
     let Ok((state, sensors)) = world.handle.sensors(None) else { return Vec::new() };
     let robots = &state.state.world.entities;
@@ -74,7 +74,7 @@ async fn follow(world: &World, topics: &mut BTreeMap<(String, String), Topic>) -
             topic.followed = None;
             continue;
         }
-        // The newest is there for who comes late.
+        // Late subscribers receive the newest reading.
         let newest = || Followed { after: last.saturating_sub(1), at: now };
         let followed = topic.followed.get_or_insert_with(newest);
         if now.duration_since(followed.at) >= UNCHANGED && followed.after == last {
