@@ -21,7 +21,7 @@ const LEAF: Duration = Duration::days(825);
 /// Time by which validity begins early, since clocks differ.
 const BEFORE: Duration = Duration::days(1);
 
-/// A robot physics daemon without a screen: certificates
+/// A headless robot physics daemon: certificates
 #[derive(Debug, Parser)]
 #[command(name = "simd", version)]
 struct Arguments {
@@ -40,20 +40,18 @@ enum Command {
 enum Tls {
     /// Makes a private authority and the daemon's certificate: ca.pem, ca.key, server.pem and server.key
     Init {
-        /// Where to put them; made where it is not there. With an authority in it, that signs the new
-        /// certificate
+        /// Output folder, created if missing. An authority in it signs the new certificate
         folder: PathBuf,
-        /// A name or an address by which clients reach the daemon, beside localhost, 127.0.0.1 and ::1.
-        /// Repeatable
+        /// Name or address by which clients reach the daemon, beside localhost, 127.0.0.1 and ::1. Repeatable
         #[arg(long, value_name = "HOST")]
         host: Vec<String>,
     },
-    /// Makes the certificate of a client, which Zenoh asks for where others reach it: NAME.pem and NAME.key
+    /// Makes the certificate of a client, which Zenoh requires if others can reach it: NAME.pem and NAME.key
     Client {
-        /// Where the authority is that `simd tls init` made; they are put there too
+        /// Folder with the authority of `simd tls init`, also the output folder
         folder: PathBuf,
-        /// Whose it is: 1 to 64 of the characters A-Z a-z 0-9 . _ -. `simd zenoh-acl` takes "simd" for a
-        /// daemon that joins a router
+        /// Name of the client: 1 to 64 of the characters A-Z a-z 0-9 . _ -. `simd zenoh-acl` expects "simd"
+        /// for a daemon that joins a router
         name: String,
     },
 }

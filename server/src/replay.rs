@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use crate::subcommand;
 use simd_world::recording::{self, Changes, Comparison, Replayed, Variation};
 
-/// One process, one world, stepped in real time.
+/// A headless robot physics daemon: replays
 #[derive(Debug, Parser)]
 #[command(name = "simd", version)]
 struct Arguments {
@@ -20,27 +20,27 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Runs what was recorded again, without a daemon and as fast as it goes, and says whether each step is
-    /// equal to the bit
+    /// Runs recordings again, without a daemon and as fast as possible, and checks that each step is equal to
+    /// the bit
     ///
-    /// Exit codes: 0 equal, 1 not equal or damaged, 2 no recording or a mistake in the flags.
+    /// Exit codes: 0 equal, 1 not equal or damaged, 2 not a recording, or a mistake in the flags.
     Replay(Replay),
 }
 
 #[derive(Args, Debug)]
 struct Replay {
-    /// Files of recordings (.mcap)
+    /// Recording files (.mcap)
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Begins with the last recorded world that is not after this simulated time, in seconds
+    /// Begins with the last recorded world up to this simulated time, in seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     from: Option<f64>,
-    /// Runs it a second time beside with this changed, and says how joints differ: time_step, substeps,
-    /// gravity, integrator, surface_combination, or ROBOT/JOINT. and stiffness, gain_damping, damping,
-    /// friction, armature or gravity_compensation
+    /// Makes a second run with this change, and shows how joints differ: time_step, substeps, gravity,
+    /// integrator, surface_combination, or ROBOT/JOINT. with stiffness, gain_damping, damping, friction,
+    /// armature or gravity_compensation
     #[arg(long = "set", value_name = "KEY=VALUE")]
     changes: Vec<String>,
-    /// Writes what joints do in both runs as a table with commas, a row every 10 ms
+    /// Writes the motion of joints in both runs as comma-separated values, a row every 10 ms
     #[arg(long, value_name = "FILE", requires = "changes")]
     csv: Option<PathBuf>,
 }

@@ -28,7 +28,7 @@ const PUBLISHED: [&str; 7] = [
     "simd/*/parameters",
 ];
 
-/// One process, one world, stepped in real time.
+/// A headless robot physics daemon: access control of Zenoh
 #[derive(Debug, Parser)]
 #[command(name = "simd", version)]
 struct Arguments {
@@ -38,21 +38,22 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Prints the access control of a Zenoh router: which session may do what, by the common name of its
-    /// certificate
+    /// Prints the access control of a Zenoh router: the rights of sessions, by the common names of their
+    /// certificates
     ZenohAcl(Names),
 }
 
 /// Common names of certificates.
 #[derive(Args, Debug, Default)]
 struct Names {
-    /// Of daemons
+    /// Common name of daemons
     #[arg(long, value_name = "NAME", default_value = "simd")]
     daemon: Vec<String>,
-    /// Of clients that may call everything; tokens say more
+    /// Common name of clients that may call everything; tokens limit them further
     #[arg(long, value_name = "NAME", default_value = "client")]
     client: Vec<String>,
-    /// Of clients that may only read: no targets, and no call that asks for more than the role of a viewer
+    /// Common name of clients that may only read: no targets, and no call that requires more than the role of
+    /// a viewer
     #[arg(long, value_name = "NAME")]
     viewer: Vec<String>,
 }

@@ -32,11 +32,13 @@ pub fn run(
         .arg_required_else_help(true)
         .disable_help_subcommand(true)
         .subcommand(
-            Command::new("default").about("Prints a file with every key, its default and what it means"),
+            Command::new("default").about("Prints a file with every key, its default and its meaning"),
         )
-        .subcommand(Command::new("check").about("Says whether a file can be started with").arg(file))
         .subcommand(
-            flags::command("show").about("Prints the values that hold with these flags, and who said them"),
+            Command::new("check").about("Checks whether the daemon would start with a file").arg(file),
+        )
+        .subcommand(
+            flags::command("show").about("Prints the values in force with these flags, with their sources"),
         )
         .subcommand(Command::new("document").hide(true));
     let matches = match command.try_get_matches_from(arguments.iter().skip(1)) {

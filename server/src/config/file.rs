@@ -48,11 +48,11 @@ path = "/srv/robots/arm"        # required: a .urdf, or a package's folder
 name = "arm"
 xyz = [0, 0, 0]                 # metres
 rpy = [0, 0, 0]                 # radians, as in URDF
-fixed = true                    # left out: fixed where the root link is called world or has a plane
-passive = false                 # whether joints are not actuated, instead of holding their positions
+fixed = true                    # left out: fixed if the root link is called world or has a plane
+passive = false                 # whether joints have no actuators, instead of holding their positions
 positions = { shoulder = 0.5 }  # rad or m
 scale = 1.0
-strict = false                  # refuse the robot where its report has a warning
+strict = false                  # whether to refuse the robot if its report has a warning
 "#;
 
 /// Returns the keys of a table, by their names in it; for an empty name, the keys above all tables.

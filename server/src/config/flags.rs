@@ -12,25 +12,25 @@ use super::keys::{self, KEYS};
 use super::{ConfigError, Robot};
 
 const AFTER_HELP: &str = "\
-Each key of the configuration can be said by a flag (--set PATH=VALUE where it has none of its own), by a variable of the
-environment (SIMD_ and its path: SIMD_PHYSICS_TIME_STEP) and in the file. Flags beat variables, which beat the file.
-  simd config default          prints a file with every key, its default and what it means
-  simd config check FILE       says whether a file is one that the daemon would start with
-  simd config show [FLAGS]     prints the values that hold, and who said them
-Other words:
+Each key of the configuration can be set by a flag (--set PATH=VALUE for any key), by an environment variable (SIMD_ and its
+path: SIMD_PHYSICS_TIME_STEP) and in the file. Flags override variables, which override the file.
+  simd config default          prints a file with every key, its default and its meaning
+  simd config check FILE       checks whether the daemon would start with a file
+  simd config show [FLAGS]     prints the values in force, with their sources
+Other commands:
   simd tls init FOLDER         makes certificates
-  simd tls client FOLDER NAME  makes that of a client
+  simd tls client FOLDER NAME  makes the certificate of a client
   simd zenoh-acl               prints the access control of a Zenoh router
   simd replay FILE...          runs a recording again and compares each step
 
 Exit codes:
-  0  drained after SIGTERM, SIGINT or, where asked for, the end of stdin
-  1  anything else, such as a fault of the physics thread or a second signal
+  0  drained after SIGTERM, SIGINT or, if enabled, the end of stdin
+  1  any other failure, such as a fault of the physics thread or a second signal
   2  a mistake in the flags or the environment
   3  a mistake in the configuration file
-  4  the address cannot be listened on, for instance because it is in use
+  4  the daemon cannot listen on the address, for instance because it is in use
   5  a robot cannot be loaded at the start
-  6  a daemon of the same name is on the Zenoh network";
+  6  a daemon with the same name is on the Zenoh network";
 
 /// Parsed command line.
 #[derive(Debug)]
@@ -43,15 +43,15 @@ pub(super) fn command(name: &'static str) -> Command {
     let arguments = KEYS.iter().filter_map(|key| key.flag.map(|flag| argument(key, flag)));
     Command::new(name)
         .version(env!("CARGO_PKG_VERSION"))
-        .about("A robot physics daemon without a screen")
+        .about("A headless robot physics daemon")
         .long_about(
-            "A robot physics daemon without a screen.\n\nIt owns one world of robots, steps it in real time, and \
+            "A headless robot physics daemon.\n\nIt owns one world of robots, steps it in real time, and \
              serves it over gRPC, to browsers and over Zenoh.",
         )
         .after_help(AFTER_HELP)
         .arg(
             path("config", "PATH")
-                .help("Reads this configuration file (TOML) first; variables and flags beat it"),
+                .help("Reads this configuration file (TOML) first; variables and flags override it"),
         )
         .args(arguments)
         .arg(
@@ -62,12 +62,12 @@ pub(super) fn command(name: &'static str) -> Command {
                 .help("Sets any key of the configuration: --set service.robots=50. Repeatable"),
         )
         .arg(path("load", "PATH").action(ArgAction::Append).help(
-            "Loads a robot before the first step: a .urdf, or a package's folder. Repeatable; the file can say more",
+            "Loads a robot before the first step: a .urdf, or a package's folder. Repeatable; the file has more options",
         ))
         .arg(
             Arg::new("until-stdin-closes").long("until-stdin-closes").action(ArgAction::SetTrue).help(
-                "Drains when stdin closes: for a program that starts a daemon of its own, which then ends with it, \
-                 however the program ends",
+                "Drains when stdin closes: for a program that starts a daemon, which then ends with the program in \
+                 any case",
             ),
         )
         .arg(

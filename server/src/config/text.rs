@@ -14,8 +14,8 @@ const WIDTH: usize = 118;
 /// Returns a file with every key: a default is commented out with one `#`, an example with two.
 pub(super) fn default_file() -> String {
     let mut text = String::from(
-        "# The configuration of simd. What is commented out with one # is the default; with two, an example. Relative paths\n\
-         # begin at the folder of this file. Each key can be said by a flag and a variable of the environment too: simd --help.\n\n",
+        "# The configuration of simd. A default is commented out with one #, an example with two. Relative paths begin at the\n\
+         # folder of this file. Each key can also be set by a flag and an environment variable: simd --help.\n\n",
     );
     for (table, about) in TABLES {
         if !table.is_empty() {
@@ -37,7 +37,7 @@ pub(super) fn default_file() -> String {
         }
         text.push('\n');
     }
-    comment(&mut text, "A robot that is there before the first step; more have a [[robots]] each.");
+    comment(&mut text, "A robot to load before the first step. Each further robot needs another [[robots]].");
     for line in ROBOT.lines() {
         let _ = writeln!(text, "##{line}");
     }
@@ -61,10 +61,8 @@ pub(super) fn document() -> String {
         }
         text.push('\n');
     }
-    let _ = writeln!(
-        text,
-        "### `[[robots]]`\n\nRobots that are there before the first step.\n\n```toml\n{ROBOT}```"
-    );
+    let _ =
+        writeln!(text, "### `[[robots]]`\n\nRobots to load before the first step.\n\n```toml\n{ROBOT}```");
     text
 }
 
