@@ -61,14 +61,14 @@ fn daemon() -> Vec<Key> {
     vec![
         Key::new(
             "name",
-            "what the daemon is called on the network: 1 to 64 of `A-Z a-z 0-9 _ -`",
+            "name of the daemon on the network: 1 to 64 of `A-Z a-z 0-9 _ -`",
             Access::Text(|draft| draft.config.name.clone(), |draft, name| draft.config.change_name(name)),
         )
         .flag("name"),
         Key::new(
             "listen",
-            "where gRPC, gRPC-Web and the page are served; port 0 takes a free one. Another address than loopback \
-             needs `tls` and `tokens`, or `insecure`",
+            "address of gRPC, gRPC-Web and the page; port 0 takes a free one. Another address than loopback needs \
+             `tls` and `tokens`, or `insecure`",
             Access::Text(
                 |draft| draft.config.listen.to_string(),
                 |draft, listen| {
@@ -82,14 +82,16 @@ fn daemon() -> Vec<Key> {
         .flag("listen"),
         Key::new(
             "unix_socket",
-            "a Unix socket at which the same is served without TLS, to processes of the daemon's user and group; left out: none",
+            "Unix socket that serves the same without TLS, to processes of the daemon's user and group; left out: \
+             none",
             Access::File(|draft| &mut draft.config.unix_socket),
         )
         .flag("unix-socket")
         .example("\"/run/simd/simd.sock\""),
         Key::new(
             "allow_hosts",
-            "names under which browsers may ask, beside addresses and localhost; those of all places are taken",
+            "names by which browsers may address the daemon, beside addresses and localhost; names from all \
+             sources are added",
             Access::Texts(
                 |draft| draft.config.allow_hosts.clone(),
                 |draft, names| {
@@ -101,7 +103,7 @@ fn daemon() -> Vec<Key> {
         .example("[\"lab.example\"]"),
         Key::new(
             "frame_ancestors",
-            "origins of sites that may have the page in a frame, as notebooks and dashboards do",
+            "origins of sites that may show the page in a frame, as notebooks and dashboards do",
             Access::Texts(
                 |draft| draft.config.frame_ancestors.clone(),
                 |draft, origins| draft.config.set_frame_ancestors(origins),
@@ -117,7 +119,7 @@ fn daemon() -> Vec<Key> {
         .flag("insecure"),
         Key::new(
             "tokens",
-            "clients need one of the tokens in this file, which `simctl token` writes. It is read again when it \
+            "file of tokens, which `simctl token` writes; clients need one of them. It is read again when it \
              changes",
             Access::File(|draft| &mut draft.config.tokens),
         )
@@ -125,14 +127,14 @@ fn daemon() -> Vec<Key> {
         .example("\"/var/lib/simd/tokens\""),
         Key::new(
             "log",
-            "what is logged on stderr: a level, or filters like `simd_server=debug`",
+            "log level on stderr, or filters like `simd_server=debug`",
             Access::Text(|draft| draft.config.log.clone(), |draft, log| draft.config.change_log(log)),
         )
         .flag("log"),
         Key::new(
             "log_format",
-            "how the log is written: `text` for people, or `json` for programs: an object a line, with `timestamp`, `level`, `target` and \
-             `fields`",
+            "format of the log: `text` for people, or `json` for programs: an object per line, with `timestamp`, \
+             `level`, `target` and `fields`",
             Access::Word(
                 &["text", "json"],
                 |draft| match draft.config.log_format {
@@ -148,7 +150,7 @@ fn daemon() -> Vec<Key> {
         .flag("log-format"),
         Key::new(
             "asset_roots",
-            "clients may name robots on this disk that lie below one of these folders; those of all places are taken",
+            "folders on this disk below which clients may name robots; folders from all sources are added",
             Access::Files(
                 |draft| draft.config.asset_roots.clone(),
                 |draft, roots| roots.into_iter().try_for_each(|root| draft.config.add_asset_root(root)),
@@ -185,7 +187,7 @@ fn physics() -> Vec<Key> {
         .flag("gravity"),
         Key::new(
             "physics.time_step",
-            "seconds that a step advances",
+            "simulated time of a step, seconds",
             Access::Number(
                 1e-6..=0.1,
                 |draft| draft.config.physics.time_step,
@@ -198,12 +200,12 @@ fn physics() -> Vec<Key> {
         .flag("time-step"),
         Key::new(
             "physics.substeps",
-            "parts of a step",
+            "number of substeps of a step",
             Access::Count(1..=1_000, |draft| &mut draft.config.physics.substeps),
         ),
         Key::new(
             "physics.integrator",
-            "the method of a step: of second order, or MuJoCo's Euler; see physics.md",
+            "integrator of a step: a second-order one, or MuJoCo's Euler; see physics.md",
             Access::Word(
                 &["leapfrog", "euler"],
                 |draft| match draft.config.physics.integrator {
@@ -220,7 +222,8 @@ fn physics() -> Vec<Key> {
         .flag("integrator"),
         Key::new(
             "physics.surface_combination",
-            "friction of two that touch: the smaller one, the product as in Bullet, or the larger one as in MuJoCo; see physics.md",
+            "friction between two surfaces: the smaller value, the product as in Bullet, or the larger value as \
+             in MuJoCo; see physics.md",
             Access::Word(
                 &["min", "multiply", "max"],
                 |draft| match draft.config.physics.surface_combination {
@@ -249,7 +252,7 @@ fn physics() -> Vec<Key> {
         ),
         Key::new(
             "physics.real_time_factor",
-            "simulated seconds to a wall second",
+            "simulated seconds per wall second",
             Access::Number(
                 0.001..=1_000.0,
                 |draft| draft.config.driver.pace.factor(),
@@ -260,7 +263,7 @@ fn physics() -> Vec<Key> {
         .flag("rtf"),
         Key::new(
             "physics.as_fast_as_possible",
-            "whether steps follow each other at once",
+            "whether steps follow each other without waiting",
             Access::Switch(
                 |draft| matches!(draft.config.driver.pace, Pace::AsFastAsPossible { .. }),
                 |draft, is_free| {
@@ -280,15 +283,16 @@ fn realtime() -> Vec<Key> {
     vec![
         Key::new(
             "realtime.priority",
-            "the real-time priority of the physics thread (`SCHED_FIFO`); 0 is none. A thread that answers in its place has one \
-             less. Needs `CAP_SYS_NICE` or `LimitRTPRIO`; a unit of systemd has it by `realtime.conf`",
+            "real-time priority of the physics thread (`SCHED_FIFO`); 0 is none. The thread that sends its \
+             answers has one less. Needs `CAP_SYS_NICE` or `LimitRTPRIO`; a unit of systemd gets it from \
+             `realtime.conf`",
             Access::Count(0..=99, |draft| &mut draft.config.driver.real_time.priority),
         ),
         Key::new(
             "realtime.processors",
-            "the processors that the physics thread runs on, by the system's numbers, with both threads of a core where it has \
-             two; the daemon's other threads run on those that are left, if any are. Left out: all run on all. A unit of \
-             systemd needs `realtime.conf` for it",
+            "processors of the physics thread, by the system's numbers; list both threads of a core. The daemon's \
+             other threads run on the remaining ones, if any. Left out: all threads run on all processors. A unit \
+             of systemd needs `realtime.conf` for it",
             Access::Counts(
                 0..=Processors::COUNT as u64 - 1,
                 |draft| draft.config.driver.real_time.processors.numbers().collect(),
@@ -301,16 +305,16 @@ fn realtime() -> Vec<Key> {
         .example("[2, 3]"),
         Key::new(
             "realtime.threads",
-            "threads that a step may use for robots that do not touch each other, the physics thread included; the others \
-             get its priority and processors, and keep their processors busy while a step is made. 0: one less than there \
-             are processors, or all of `processors` where that is given; at most 4. With a priority, as many as there are \
-             processors leave nothing to clients while the world runs as fast as it can (pace `max`)",
+            "number of threads for a step's robots that do not touch each other, including the physics thread; \
+             the others get its priority and processors, and keep their processors busy during a step. 0: one \
+             less than the processors, or all of `processors` if given; at most 4. With a priority and a thread \
+             for each processor, clients get no time while the world runs as fast as possible (pace `max`)",
             Access::Count(0..=MOST_STEP_THREADS, |draft| &mut draft.config.driver.step_threads),
         ),
         Key::new(
             "realtime.lock_memory",
-            "whether no memory of the process is swapped out. Needs `CAP_IPC_LOCK` or `LimitMEMLOCK`; a unit of systemd has it by \
-             `realtime.conf`",
+            "whether the memory of the process is never swapped out. Needs `CAP_IPC_LOCK` or `LimitMEMLOCK`; a \
+             unit of systemd gets it from `realtime.conf`",
             Access::Switch(
                 |draft| draft.config.driver.real_time.lock_memory,
                 |draft, lock| draft.config.driver.real_time.lock_memory = lock,
@@ -318,8 +322,9 @@ fn realtime() -> Vec<Key> {
         ),
         Key::new(
             "realtime.spin_us",
-            "microseconds for which the physics thread looks for the next call, or for its next step, and a caller for its answer, \
-             before they sleep. Calls then wake nothing; a processor is busy meanwhile. 0: they sleep at once",
+            "microseconds for which the physics thread polls for the next call or step, and a caller for its \
+             answer, before they sleep. Calls then wake no thread, but a processor stays busy. 0: they sleep at \
+             once",
             Access::Count(0..=MOST_SPIN_US, |draft| &mut draft.config.driver.spin_us),
         ),
     ]
@@ -329,18 +334,18 @@ fn autosave() -> Vec<Key> {
     vec![
         Key::new(
             "autosave.file",
-            "where the world is saved; left out: nowhere. It is written beside and renamed",
+            "file of the saved world, which is replaced as a whole; left out: no autosave",
             Access::File(|draft| &mut draft.autosave_file),
         )
         .example("\"/var/lib/simd/autosave.simdstate\""),
         Key::new(
             "autosave.every_seconds",
-            "how often, where the world has changed since; at the end of the daemon in any case",
+            "time between two saves of a changed world; the daemon also saves at its end",
             Access::Seconds(0.1..=604_800.0, |draft| &mut draft.autosave_every),
         ),
         Key::new(
             "autosave.restore",
-            "whether the daemon starts with the world in the file, where there is one, in place of the robots of its \
+            "whether the daemon starts with the world in the file, if there is one, instead of the robots of its \
              configuration",
             Access::Switch(|draft| draft.autosave_restore, |draft, restore| draft.autosave_restore = restore),
         ),
@@ -351,19 +356,20 @@ fn recording() -> Vec<Key> {
     vec![
         Key::new(
             "recording.directory",
-            "the folder where recordings are kept; left out: none can be made",
+            "folder of recordings; left out: recordings are disabled",
             Access::File(|draft| &mut draft.config.recording.directory),
         )
         .flag("recordings")
         .example("\"/var/lib/simd/recordings\""),
         Key::new(
             "recording.max_bytes",
-            "bytes of all of them together",
+            "bytes of all recordings together",
             Access::Count(1 << 20..=MANY, |draft| &mut draft.config.recording.max_bytes),
         ),
         Key::new(
             "recording.picture_bytes",
-            "bytes of the pictures of all cameras that are recorded in a second, before the file packs them; 0: none",
+            "bytes of recorded pictures of all cameras per second, before compression by the file; 0 disables \
+             pictures",
             Access::Count(0..=1 << 32, |draft| &mut draft.config.recording.picture_bytes),
         ),
     ]

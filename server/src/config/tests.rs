@@ -205,7 +205,7 @@ fn the_help_shows_the_flags_with_their_defaults_and_the_exit_codes() {
     let Err(ConfigError::HelpOrVersion(help)) = args("--help") else { panic!() };
     assert!(help.contains("Exit codes:") && help.contains("--time-step <NUMBER>"), "{help}");
     let words = help.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("Seconds that a step advances [default: 0.001]"), "{help}");
+    assert!(words.contains("Simulated time of a step, seconds [default: 0.001]"), "{help}");
 }
 
 fn with_variables(variables: &[(&str, &str)], flags: &str) -> Result<Config, ConfigError> {

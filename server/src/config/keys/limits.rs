@@ -25,7 +25,7 @@ fn descriptions() -> Vec<Key> {
         count("limits.xml_nodes", 1..=MANY, "elements, texts and comments of a URDF", |draft| {
             &mut draft.config.limits.reading.xml_nodes
         }),
-        count("limits.xml_depth", 1..=1_000, "elements inside one another", |draft| {
+        count("limits.xml_depth", 1..=1_000, "nesting depth of elements", |draft| {
             &mut draft.config.limits.reading.xml_depth
         }),
         count("limits.xml_attributes", 1..=MANY, "attributes of an element", |draft| {
@@ -58,12 +58,12 @@ fn descriptions() -> Vec<Key> {
         count("limits.robot_triangles", 0..=MANY, "triangles of all meshes of a robot", |draft| {
             &mut draft.config.limits.reading.robot_triangles
         }),
-        count("limits.findings", 0..=100_000, "findings of a load report, of each severity", |draft| {
+        count("limits.findings", 0..=100_000, "findings of a load report, for each severity", |draft| {
             &mut draft.config.limits.reading.findings
         }),
         Key::new(
             "limits.seconds",
-            "from the first byte to the finished robot",
+            "time from the first byte to the finished robot",
             Access::Seconds(0.0..=86_400.0, |draft| &mut draft.config.limits.reading.time),
         ),
     ]
@@ -91,7 +91,7 @@ fn service() -> Vec<Key> {
         count(
             "service.upload_store_bytes",
             1..=MANY,
-            "bytes of all kept URDFs and meshes together",
+            "bytes of all stored URDFs and meshes together",
             |draft| &mut draft.config.limits.upload_store_bytes,
         ),
         count(
@@ -103,7 +103,7 @@ fn service() -> Vec<Key> {
         count(
             "service.reading_seconds",
             1..=86_400,
-            "seconds until a description is read, its time in the queue included",
+            "seconds until a description is read, including its time in the queue",
             |draft| &mut draft.config.limits.reading_seconds,
         ),
         count("service.message_bytes", 65_536..=1 << 28, "bytes of one message", |draft| {
@@ -128,36 +128,38 @@ fn service() -> Vec<Key> {
         count(
             "service.answers",
             16..=1_000_000,
-            "answers that are kept for retries, with requests under way, of which one caller may have half; the oldest \
-             of the caller with the most goes",
+            "answers that are kept for retries, including requests in progress; one caller may have half of them. \
+             At the limit, the caller with the most loses its oldest",
             |draft| &mut draft.config.limits.answers,
         ),
         count("service.answer_bytes", 65_536..=MANY, "bytes of these answers", |draft| {
             &mut draft.config.limits.answer_bytes
         }),
-        seconds("service.answer_seconds", "how long an answer is kept", |draft| {
+        seconds("service.answer_seconds", "time for which an answer is kept", |draft| {
             &mut draft.config.limits.answer_time
         }),
         count(
             "service.uploads",
             1..=65_536,
-            "uploads under way; the longest untouched is forgotten",
+            "uploads in progress; at the limit, the longest untouched one is forgotten",
             |draft| &mut draft.config.limits.uploads,
         ),
         count(
             "service.partial_upload_bytes",
             1..=MANY,
-            "bytes of these uploads; at least those of one file",
+            "bytes of these uploads; at least the bytes of one file",
             |draft| &mut draft.config.limits.partial_upload_bytes,
         ),
         seconds(
             "service.abandoned_upload_seconds",
-            "until an upload is forgotten of which nothing more comes",
+            "time without a new part after which an upload is forgotten",
             |draft| &mut draft.config.limits.abandoned_upload,
         ),
-        seconds("service.unused_file_seconds", "until a file is forgotten that no robot uses", |draft| {
-            &mut draft.config.limits.unused_file
-        }),
+        seconds(
+            "service.unused_file_seconds",
+            "time after which a file that no robot uses is forgotten",
+            |draft| &mut draft.config.limits.unused_file,
+        ),
         count(
             "service.waiting_descriptions",
             1..=65_536,
@@ -167,34 +169,34 @@ fn service() -> Vec<Key> {
         count(
             "service.waiting_reads",
             1..=65_536,
-            "calls for inverse kinematics, mass matrices, rays and distances that wait; half of the processors work on \
-             such calls, and clients are served round robin",
+            "waiting calls for inverse kinematics, mass matrices, rays and distances; half of the processors work \
+             on such calls, and clients are served round robin",
             |draft| &mut draft.config.limits.waiting_reads,
         ),
         count(
             "service.waiting_rollouts",
             1..=65_536,
-            "rollouts that wait; two are computed at a time, of two clients, on threads that give way to the physics thread, \
-             and clients are served round robin",
+            "waiting rollouts; two of different clients are computed at a time, on threads of low priority, and \
+             clients are served round robin",
             |draft| &mut draft.config.limits.waiting_rollouts,
         ),
         count(
             "service.rollout_bytes",
             65_536..=200 << 20,
-            "bytes of the numbers that one rollout gives; four times as many are kept for clients to read",
+            "bytes of one rollout's results; four times as many are kept for clients to read",
             |draft| &mut draft.config.limits.rollout_bytes,
         ),
         count(
             "service.rollout_seconds",
             1..=86_400,
-            "seconds for which threads may compute one rollout, of all its threads together",
+            "processor seconds of one rollout, for all its threads together",
             |draft| &mut draft.config.limits.rollout_seconds,
         ),
         count(
             "service.unread_bytes",
             16 << 20..=MANY,
-            "bytes of answers that clients have yet to read, on all transports, of which a connection may have a third and a client \
-             as many as are free",
+            "bytes of answers that clients have yet to read, on all transports; a connection may have a third, \
+             and a client as many as are free",
             |draft| &mut draft.config.limits.unread_bytes,
         ),
         count("service.waiting_pictures", 1..=4_096, "pictures that clients wait for", |draft| {
@@ -203,21 +205,21 @@ fn service() -> Vec<Key> {
         count(
             "service.picture_bytes",
             1 << 20..=1 << 32,
-            "bytes of the pictures that clients wait for, and as many of the newest pictures of cameras",
+            "bytes of the pictures that clients wait for; the newest pictures of cameras may have as many again",
             |draft| &mut draft.config.limits.picture_bytes,
         ),
         seconds(
             "service.drawing_seconds",
-            "how long a renderer may take for a picture; it goes to another one then",
+            "time for a renderer to draw a picture; then the task goes to another one",
             |draft| &mut draft.config.limits.drawing_time,
         ),
         count("service.waiting_steps", 1..=65_536, "calls that wait for their steps", |draft| {
             &mut draft.config.driver.waiting_steps
         }),
-        count("service.zenoh_queries", 8..=65_536, "queries of Zenoh that are being answered", |draft| {
+        count("service.zenoh_queries", 8..=65_536, "queries of Zenoh in progress", |draft| {
             &mut draft.config.limits.zenoh_queries
         }),
-        count("service.zenoh_streams", 1..=65_536, "of these, streams", |draft| {
+        count("service.zenoh_streams", 1..=65_536, "streams among these", |draft| {
             &mut draft.config.limits.zenoh_streams
         }),
         seconds("service.zenoh_stream_seconds", "duration of a stream over Zenoh", |draft| {
@@ -241,7 +243,7 @@ fn clients() -> Vec<Key> {
         count(
             "clients.calls_per_second",
             0..=10_000_000,
-            "calls a second, of which as many may come at once; 0 is any number",
+            "calls per second, with as many in one burst; 0 disables the limit",
             |draft| &mut draft.config.limits.calls_per_second_of_client,
         ),
         count("clients.streams", 1..=65_536, "streams at one time", |draft| {
@@ -250,7 +252,7 @@ fn clients() -> Vec<Key> {
         count(
             "clients.uploads",
             1..=65_536,
-            "uploads under way; the longest untouched is forgotten",
+            "uploads in progress; at the limit, the longest untouched one is forgotten",
             |draft| &mut draft.config.limits.uploads_of_client,
         ),
         count(
@@ -262,10 +264,10 @@ fn clients() -> Vec<Key> {
         count(
             "clients.waiting_reads",
             1..=65_536,
-            "calls for inverse kinematics, mass matrices, rays and distances that wait",
+            "waiting calls for inverse kinematics, mass matrices, rays and distances",
             |draft| &mut draft.config.limits.waiting_reads_of_client,
         ),
-        count("clients.waiting_rollouts", 1..=65_536, "rollouts that wait", |draft| {
+        count("clients.waiting_rollouts", 1..=65_536, "waiting rollouts", |draft| {
             &mut draft.config.limits.waiting_rollouts_of_client
         }),
         count("clients.parameters", 0..=100_000, "sliders and buttons", |draft| {
@@ -274,7 +276,7 @@ fn clients() -> Vec<Key> {
         count(
             "clients.parameter_bytes",
             0..=MANY,
-            "bytes of their names, and of the names of the robots and joints that they move",
+            "bytes of their names, and of the names of their robots and joints",
             |draft| &mut draft.config.limits.parameter_bytes_of_client,
         ),
         count("clients.saved_states", 0..=10_000, "saved states of the world", |draft| {
@@ -301,56 +303,56 @@ fn connections() -> Vec<Key> {
         count(
             "connections.max_per_peer",
             1..=65_536,
-            "of them, of one peer: an IPv4 address, or an IPv6 network of 64 bits; at most `max`",
+            "connections of one peer: an IPv4 address, or an IPv6 network of 64 bits; at most `max`",
             |draft| &mut draft.config.connections.max_per_peer,
         ),
         count(
             "connections.loopback_reserve",
             0..=65_535,
-            "of them, only for 127.0.0.1 and ::1; less than `max`",
+            "connections reserved for 127.0.0.1 and ::1; less than `max`",
             |draft| &mut draft.config.connections.loopback_reserve,
         ),
         count(
             "connections.max_http1",
             1..=65_536,
-            "of them, of HTTP/1.1, at most `max`. A peer's share and the reserve are in proportion",
+            "HTTP/1.1 connections, at most `max`. A peer's share and the reserve are in proportion",
             |draft| &mut draft.config.connections.max_http1,
         ),
-        seconds("connections.begin_seconds", "until a connection says which HTTP it speaks", |draft| {
+        seconds("connections.begin_seconds", "time until a connection shows its HTTP version", |draft| {
             &mut draft.config.connections.begin
         }),
-        seconds("connections.idle_seconds", "how long a connection may have no call at work", |draft| {
-            &mut draft.config.connections.idle
-        }),
+        seconds(
+            "connections.idle_seconds",
+            "time for which a connection may have no call at work",
+            |draft| &mut draft.config.connections.idle,
+        ),
         seconds(
             "connections.http1_silence_seconds",
-            "with nothing over a connection of HTTP/1.1, in either direction. One ends after 30 s between two requests",
+            "time without bytes in either direction on an HTTP/1.1 connection. Between two requests it ends after \
+             30 s",
             |draft| &mut draft.config.connections.http1_silence,
         ),
-        seconds("connections.body_seconds", "from the head of a request to its last byte", |draft| {
+        seconds("connections.body_seconds", "time from the head of a request to its last byte", |draft| {
             &mut draft.config.connections.body
         }),
         count(
             "connections.body_bytes_per_second",
             1..=MANY,
-            "a request that takes longer must come this fast: each byte that came earns its time",
+            "minimum rate of a request that takes longer: each received byte earns its time",
             |draft| &mut draft.config.connections.body_bytes_per_second,
         ),
-        count(
-            "connections.calls",
-            1..=65_536,
-            "calls of one connection that are at work; more wait",
-            |draft| &mut draft.config.connections.calls,
-        ),
+        count("connections.calls", 1..=65_536, "calls of one connection in progress; more wait", |draft| {
+            &mut draft.config.connections.calls
+        }),
         count(
             "connections.open_calls",
             1..=65_536,
-            "calls of one connection that are open; clients keep more to themselves",
+            "open calls of one connection; clients queue more",
             |draft| &mut draft.config.connections.open_calls,
         ),
         seconds(
             "connections.stream_silence_seconds",
-            "without a message of the client's in a stream of requests (`Control` over HTTP/2)",
+            "time without a message of the client in a stream of requests (`Control` over HTTP/2)",
             |draft| &mut draft.config.connections.stream_silence,
         ),
     ]

@@ -9,15 +9,19 @@ pub(super) fn keys() -> Vec<Key> {
 
 fn tls() -> Vec<Key> {
     vec![
-        Key::new("tls.certificate", "the daemon's certificate", Access::File(|draft| &mut draft.certificate))
-            .flag("tls-certificate")
-            .example("\"/var/lib/simd/tls/server.pem\""),
-        Key::new("tls.key", "the private key of the certificate", Access::File(|draft| &mut draft.key))
+        Key::new(
+            "tls.certificate",
+            "certificate of the daemon",
+            Access::File(|draft| &mut draft.certificate),
+        )
+        .flag("tls-certificate")
+        .example("\"/var/lib/simd/tls/server.pem\""),
+        Key::new("tls.key", "private key of the certificate", Access::File(|draft| &mut draft.key))
             .flag("tls-key")
             .example("\"/var/lib/simd/tls/server.key\""),
         Key::new(
             "tls.client_authorities",
-            "clients need a certificate of one of these authorities",
+            "authorities of clients' certificates; clients then need one",
             Access::File(|draft| &mut draft.client_authorities),
         )
         .flag("tls-client-authorities")
@@ -29,7 +33,7 @@ fn zenoh() -> Vec<Key> {
     vec![
         Key::new(
             "zenoh.listen",
-            "where to listen, or `off`; port 0 takes a free one. Left out: `tcp/127.0.0.1:7447`, or nowhere where \
+            "locators to listen on, or `off`; port 0 takes a free one. Left out: `tcp/127.0.0.1:7447`, or none if \
              there are routers to join",
             Access::Texts(
                 |draft| draft.config.zenoh.listen.clone().unwrap_or_default(),
@@ -50,14 +54,14 @@ fn zenoh() -> Vec<Key> {
         .example("[\"tls/router.lab:7447\"]"),
         Key::new(
             "zenoh.config",
-            "a file of Zenoh's own settings (JSON5), which are put over those of the daemon",
+            "file with settings of Zenoh (JSON5), which override the daemon's",
             Access::File(|draft| &mut draft.config.zenoh.file),
         )
         .flag("zenoh-config")
         .example("\"zenoh.json5\""),
         Key::new(
             "zenoh.state_rate",
-            "largest number of published joint states a second; 0 is none",
+            "maximum number of published joint states per second; 0 disables them",
             Access::Number(
                 0.0..=crate::config::zenoh::MAX_STATE_RATE,
                 |draft| draft.config.zenoh.state_rate,
@@ -69,7 +73,7 @@ fn zenoh() -> Vec<Key> {
         ),
         Key::new(
             "zenoh.enabled",
-            "whether the daemon is reached over Zenoh at all",
+            "whether the daemon is served over Zenoh",
             Access::Switch(
                 |draft| draft.config.zenoh.enabled,
                 |draft, enabled| draft.config.zenoh.enabled = enabled,
@@ -91,7 +95,7 @@ fn ros2() -> Vec<Key> {
         .flag("ros2"),
         Key::new(
             "ros2.router",
-            "where `rmw_zenohd` is",
+            "locator of `rmw_zenohd`",
             Access::Text(
                 |draft| draft.config.ros2.router.clone(),
                 |draft, router| draft.config.ros2.set_router(router),
@@ -104,7 +108,7 @@ fn ros2() -> Vec<Key> {
         ),
         Key::new(
             "ros2.namespace",
-            "before the names of topics and services: `/`, or words like `/lab/cell_1`",
+            "prefix of the names of topics and services: `/`, or words like `/lab/cell_1`",
             Access::Text(
                 |draft| draft.config.ros2.namespace.clone(),
                 |draft, namespace| draft.config.ros2.set_namespace(namespace),
@@ -112,7 +116,7 @@ fn ros2() -> Vec<Key> {
         ),
         Key::new(
             "ros2.distro",
-            "the distribution of the other nodes",
+            "distribution of the other nodes",
             Access::Word(
                 &Distro::NAMES,
                 |draft| draft.config.ros2.distro.name(),
@@ -124,7 +128,7 @@ fn ros2() -> Vec<Key> {
         ),
         Key::new(
             "ros2.rate",
-            "largest number of states of each topic a second",
+            "maximum number of states of each topic per second",
             Access::Number(
                 0.001..=MAX_RATE,
                 |draft| draft.config.ros2.rate,
