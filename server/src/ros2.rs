@@ -67,7 +67,7 @@ async fn serve(settings: Ros2, handle: SimHandle, calls: [Calls; 2], ended: Canc
     let Some(session) = ended.run_until_cancelled(connection::open(&settings)).await else { return };
     let session = match session {
         Ok(session) => session,
-        Err(sentence) => return tracing::error!("there is no node of ROS 2: {sentence}"),
+        Err(sentence) => return tracing::error!("the node of ROS 2 cannot start: {sentence}"),
     };
     let node = async {
         let graph = Arc::new(Graph::join(session.clone(), &settings, &handle.info().name, calls).await?);

@@ -103,7 +103,7 @@ pub(super) struct Slot {
 pub(super) enum Full {
     #[error("its address has all the connections of its share")]
     Peer,
-    #[error("others than the loopback address have all the connections of their share")]
+    #[error("clients of other addresses than loopback have all the connections of their share")]
     Others,
     #[error("all connections are in use")]
     All,

@@ -144,7 +144,7 @@ async fn take(handle: SimHandle, mut receiver: mpsc::Receiver<Sent>, lost: Arc<A
                 }
                 let lost = lost.swap(0, Ordering::Relaxed);
                 if lost > 0 {
-                    tracing::warn!(lost, "commands of ROS 2 come faster than they can be read, or are too long");
+                    tracing::warn!(lost, "commands of ROS 2 arrive faster than they can be read, or are too long");
                 }
             },
         }

@@ -30,8 +30,8 @@ pub(super) async fn open(settings: &Ros2) -> Result<Session, String> {
                 said = true;
                 let router = &settings.router;
                 tracing::warn!(
-                    "no router of ROS 2 answers at {router}; it is tried again and again. `ros2 run rmw_zenoh_cpp \
-                     rmw_zenohd` starts one"
+                    "no router of ROS 2 answers at {router}; the daemon keeps trying. `ros2 run rmw_zenoh_cpp rmw_zenohd` \
+                     starts one"
                 );
                 tracing::debug!("{error}");
             }

@@ -65,7 +65,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
         if layout.as_ref().is_none_or(|before| !Arc::ptr_eq(before, &state.state.world)) {
             shown = robots(&state.state.world);
             if state.state.world.entities.len() > MAX_ROBOTS {
-                tracing::warn!("the first {MAX_ROBOTS} robots are shown to ROS 2, and no others");
+                tracing::warn!("ROS 2 shows only the first {MAX_ROBOTS} robots");
             }
             declare(graph, handle, &inbox, &shown, &mut topics).await?;
             layout = Some(Arc::clone(&state.state.world));

@@ -142,7 +142,7 @@ pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error>
     let routers = session.info().routers_zid().await.count() + session.info().peers_zid().await.count();
     if !settings.connect.is_empty() && routers == 0 {
         let routers = settings.connect.join(", ");
-        tracing::warn!("no router answers at {routers}; it is tried again and again (see --log zenoh=info)");
+        tracing::warn!("no router answers at {routers}; the daemon keeps trying (see --log zenoh=info)");
     }
     presence::check(&session, name).await?;
     let mut locators: Vec<String> = session.info().locators().await.iter().map(ToString::to_string).collect();

@@ -76,7 +76,7 @@ async fn warn_of_others(session: &Session, name: &str) -> Result<(), Error> {
         if sample.kind() == SampleKind::Put && zid.is_some_and(|zid| zid != own) {
             tracing::warn!(
                 zid,
-                "another daemon called `{name}` came to this network; name one of the two with --name"
+                "another daemon called `{name}` joined this network; rename one of the two with --name"
             );
         }
     });

@@ -186,7 +186,7 @@ impl Refusals {
         let lost = self.lost.swap(0, Ordering::Relaxed);
         counts.lost_targets.fetch_add(lost, Ordering::Relaxed);
         if lost > 0 {
-            tracing::warn!(lost, "joint targets come over Zenoh faster than they can be read");
+            tracing::warn!(lost, "joint targets over Zenoh arrive faster than they can be read");
         }
         let long = self.long.swap(0, Ordering::Relaxed);
         counts.targets.fetch_add(long + self.number, Ordering::Relaxed);

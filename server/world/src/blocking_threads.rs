@@ -66,7 +66,7 @@ impl Drop for BlockingThreads {
 pub(crate) fn lower_priority() {
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::process::setpriority_process(None, NICE) {
-        tracing::debug!(%error, "threads that compute have the priority of all others");
+        tracing::debug!(%error, "computing threads keep normal priority");
     }
 }
 

@@ -188,8 +188,8 @@ fn warn_of_starvation(threads: usize, real_time: &RealTime) {
         tracing::warn!(
             threads,
             processors,
-            "steps may keep all processors busy, with a priority: while the world runs as fast as it can (pace max), little is \
-             left to clients; `realtime.threads` should be less"
+            "steps may use all processors, with a real-time priority: while the world runs as fast as possible (pace max), \
+             clients get little time; lower `realtime.threads`"
         );
     }
 }

@@ -71,7 +71,7 @@ impl TokenFile {
                     *read = (version, None);
                 }
                 Err(sentence) if read.1.as_ref() != Some(&sentence) => {
-                    tracing::error!("the tokens are as before: {sentence}");
+                    tracing::error!("the tokens are unchanged: {sentence}");
                     read.1 = Some(sentence);
                 }
                 Err(_known) => {}

@@ -51,7 +51,7 @@ impl RealTime {
             match keep_off(self.processors) {
                 Ok(true) => {}
                 Ok(false) => tracing::warn!(
-                    "no processor is left for other threads than the physics thread: they share those of realtime.processors"
+                    "no processor is left for the threads beside the physics thread: they share realtime.processors with it"
                 ),
                 Err(error) => tracing::warn!(
                     "the processors of the physics thread are shared with other threads ({error}): a unit of systemd needs \
@@ -114,8 +114,8 @@ pub(super) fn ask(wanted: RealTime) {
     if has_some && let Err(error) = sched_setaffinity(None, &processors) {
         let numbers: Vec<u64> = wanted.processors.numbers().collect();
         tracing::warn!(
-            "the physics thread is not held to the processors {numbers:?} ({error}): realtime.processors must name some \
-             that are there and that the process may use; a unit of systemd needs realtime.conf"
+            "the physics thread is not limited to the processors {numbers:?} ({error}): realtime.processors must name \
+             existing processors that the process may use; a unit of systemd needs realtime.conf"
         );
     }
     if wanted.priority > 0
@@ -134,7 +134,7 @@ pub(super) fn ask(wanted: RealTime) {
 pub(super) fn ask_for_priority(priority: u32) {
     #[cfg(target_os = "linux")]
     if let Err(reason) = set_priority(priority) {
-        tracing::debug!(reason, "a thread of the physics thread has no real-time priority");
+        tracing::debug!(reason, "a helper of the physics thread has no real-time priority");
     }
     #[cfg(not(target_os = "linux"))]
     let _ = priority;
@@ -157,7 +157,7 @@ fn set_priority(priority: u32) -> Result<(), String> {
 #[cfg(not(target_os = "linux"))]
 pub(super) fn ask(wanted: RealTime) {
     if wanted != RealTime::default() {
-        tracing::warn!("the physics thread asks for nothing of [realtime]: this system is not Linux");
+        tracing::warn!("[realtime] has no effect: this system is not Linux");
     }
 }
 
