@@ -1,8 +1,9 @@
 //! Each element and attribute of the published schemas of SDF and MJCF is read, or the report names it.
 //!
-//! `schemas/*.txt` has the names, with the level of an element as its indentation, the type of its text after a colon, and
-//! its attributes after `@`. SDF's are those of sdformat 1.9, MJCF's those that `mj_printSchema` of MuJoCo prints. The test puts
-//! each into a description with several values. One of them must change the robots, or the report says that it is not read.
+//! `schemas/*.txt` has the names. The indentation of a line is the level of its element; the type of its text follows a
+//! colon, and its attributes follow `@`. SDF's names are those of sdformat 1.9, MJCF's are those that `mj_printSchema` of
+//! MuJoCo prints. The test puts each into a description with several values. One of them must change the robots, or the
+//! report says that it is not read.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

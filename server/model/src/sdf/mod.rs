@@ -236,7 +236,7 @@ impl<'a> Top<'a> {
         self.models.push((model, placement, at));
     }
 
-    /// Models with `world_from_model`. Of models of one name, the first has the name's frame.
+    /// Models with `world_from_model`. The first of several models of one name has the name's frame.
     fn placed(mut self) -> Result<Vec<(Model, DPose3)>, Stop> {
         for (name, at) in self.frames.names() {
             self.frames.resolve(&name, at)?;
