@@ -31,6 +31,7 @@ mod inverse_kinematics;
 mod kinematics;
 mod lanes;
 mod mechanisms;
+mod mesh_pairs;
 mod momentum;
 mod mujoco;
 mod obstructions;

@@ -19,7 +19,9 @@ use super::facets::Facets;
 use super::filter::Groups;
 use super::hull::Graph;
 use super::separation::Inner;
+use super::shapes::Part;
 use super::still::Still;
+use super::triangle_tree::TriangleTree;
 use crate::dynamics::Tree;
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::kinematics::BodyMotion;
@@ -236,7 +238,17 @@ impl RobotColliders {
         found.sort_unstable();
     }
 
-    /// Returns whether some colliders may touch others of the same robot.
+    /// Pairs of colliders that may touch each other.
+    pub(super) fn own_collider_pairs(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        self.own_pairs.iter().copied()
+    }
+
+    /// The shape that a collider is.
+    pub(super) fn part(&self, collider: usize) -> &Part {
+        &self.shapes.parts[self.placed[collider].part]
+    }
+
+    /// Whether some of them may touch others of the same robot.
     pub fn has_self_collision(&self) -> bool {
         !self.own_pairs.is_empty()
     }
@@ -357,7 +369,16 @@ impl RobotColliders {
         Facets::of(&*part.shape, part.neighbours.as_ref())
     }
 
-    /// Returns whether some colliders consist of triangles.
+    /// The triangles of two of its colliders, where a hull of one of them is too coarse to touch another link with.
+    pub(super) fn coarse_surfaces(&self, pair: [usize; 2]) -> Option<[&TriangleTree; 2]> {
+        let [a, b] = pair.map(|index| self.part(index));
+        if !(a.is_coarse() || b.is_coarse()) {
+            return None;
+        }
+        Some([a.tree.as_deref()?, b.tree.as_deref()?])
+    }
+
+    /// Whether some are of triangles.
     pub(super) fn has_facets(&self) -> bool {
         self.has_facets
     }

@@ -21,8 +21,8 @@ use super::seams::{passes_edge, seam_height};
 /// Maximum number of points of two colliders: eight directions.
 pub const MOST_OF_PAIR: usize = 8 * MOST;
 
-/// Cosine of the largest angle between normals of one contact: 5 degrees.
-const SAME_DIRECTION: f64 = 0.9962;
+/// Points whose normals differ by less than this angle, as a cosine, are of one contact: 5 degrees.
+pub(super) const SAME_DIRECTION: f64 = 0.9962;
 
 /// Largest angle at which a direction does not count as leading into a triangle, radians.
 const INTO: f64 = 1e-9;

@@ -1,11 +1,15 @@
 //! Pairs of colliders that joint motion may be unable to separate: within one robot, and between two robots
 //! fixed to the world. Initial overlaps between them are ignored.
 
+use glamx::DPose3;
+
 use super::colliders::RobotColliders;
 use super::filter::Filter;
 use super::narrow::NarrowPhase;
 use super::near_facets::NearFacets;
 use super::separation::{Solid, overlap_by, separation};
+use super::surface_contact::SHELL;
+use super::triangle_tree::TriangleTree;
 use crate::dynamics::contact_point::ContactPoint;
 
 /// Depth from which an initial overlap is ignored, metres: rounding and resting contacts cause smaller ones.
@@ -160,19 +164,22 @@ impl NarrowPhase {
         let Query { robots: [a, b], filter, own, teleported, slack, path, interrupt } = *query;
         let [first, second] = [&a.placed[pair[0]], &b.placed[pair[1]]];
         let moving = [first, second].into_iter().filter(|placed| placed.body.is_some()).count();
+        let surfaces = if own { a.coarse_surfaces(pair) } else { None };
+        // Surfaces touch that much before they meet.
+        let shell = if surfaces.is_some() { SHELL } else { 0.0 };
         if (moving == 0 && (own || !teleported)) || (!own && !filter.allows(first, second)) {
             return true;
         }
         if !first.bounds.meets(&second.bounds) {
             if moving > 0 {
                 let margins = first.margin + second.margin;
-                known.note_separation(query, first.bounds.gap(&second.bounds) + margins);
+                known.note_separation(query, first.bounds.gap(&second.bounds) + margins - shell);
             }
             return true;
         }
         let within = first.within(second);
         let was = scratch.before.binary_search(&pair).is_ok();
-        let gap = first.sphere_gap(second);
+        let gap = first.sphere_gap(second) - shell;
         if gap >= within && !was && !teleported && moving > 0 {
             known.note_separation(query, gap);
             return true;
@@ -193,7 +200,7 @@ impl NarrowPhase {
             return true;
         }
         let is_deep = teleported && overlap_by(deep, one, other, &a_from_b);
-        let separation = separation(one, other, &a_from_b);
+        let mut separation = separation(one, other, &a_from_b) - shell;
         if is_deep {
             scratch.stuck.extend(both);
         }
@@ -202,6 +209,19 @@ impl NarrowPhase {
             known.overlapping_until =
                 known.overlapping_until.min(path + TRUSTED * (slack * moving as f64 - separation));
             return true;
+        }
+        if let Some(trees) = surfaces.filter(|_| separation < within) {
+            match self.touch_surfaces(pair, a, (trees, &a_from_b), within, &mut scratch.points) {
+                Some(0) => {
+                    let distance = self.surface_contact.distance(trees, &a_from_b, within + SHELL);
+                    separation = (distance - SHELL).max(within);
+                }
+                Some(_) => {
+                    known.separated_until = f64::NEG_INFINITY;
+                    return true;
+                }
+                None => {}
+            }
         }
         if separation >= within {
             known.note_separation(query, separation);
@@ -219,6 +239,35 @@ impl NarrowPhase {
             known.ignored.push(pair);
         }
         is_whole
+    }
+
+    /// Adds the points where the surfaces of two of a robot's colliders touch, and counts them. `None` where they cross and have no
+    /// direction out: then their hulls stand in.
+    fn touch_surfaces(
+        &mut self,
+        pair: [usize; 2],
+        robot: &RobotColliders,
+        (trees, a_from_b): ([&TriangleTree; 2], &DPose3),
+        within: f64,
+        points: &mut Vec<ContactPoint>,
+    ) -> Option<usize> {
+        let combination = self.combination;
+        let found = self.surface_contact.find(trees, a_from_b, within)?;
+        let [(a, frame), (b, other)] = pair.map(|index| (&robot.placed[index], &robot.frames[index]));
+        points.extend(found.iter().map(|point| {
+            let middle = point.on_surface + point.normal * (point.distance / 2.0);
+            ContactPoint {
+                colliders: pair,
+                links: [a.link, b.link],
+                bodies: [a.body, b.body],
+                on: [point.on_surface, point.on_shape],
+                position: frame.world_from_shape.transform_point(middle),
+                normal: frame.world_from_shape.rotation * point.normal,
+                distance: point.distance,
+                surface: frame.surface.against(other.surface, combination),
+            }
+        }));
+        Some(found.len())
     }
 }
 

@@ -5,10 +5,15 @@ use rapier3d_f64::parry::shape::{Shape, ShapeType, TypedShape};
 use simd_model::robot::Sha256;
 
 use super::Shapes;
+use super::mesh::MOST_MEASURED;
 use super::shapes::{Part, upright};
+use super::triangle_tree::TriangleTree;
 use crate::dynamics::Tree;
 
-/// Collision shape of a robot.
+/// Sides of a round shape whose triangles are measured.
+const ROUND: u32 = 64;
+
+/// A shape that a robot touches with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collider {
     /// Link, by index.
@@ -94,6 +99,23 @@ impl ConvexMesh {
         let indices = self.triangles.iter().flatten().flat_map(|index| index.to_le_bytes());
         Sha256::of(&coordinates.chain(indices).collect::<Vec<u8>>())
     }
+}
+
+/// The surface of a shape in triangles, round ones in at least [`ROUND`] around; `None` of a plane and a height field.
+pub(super) fn tree_of(shape: &dyn Shape) -> Option<TriangleTree> {
+    let (corners, triangles) = match shape.as_typed_shape() {
+        TypedShape::Cuboid(cuboid) => cuboid.to_trimesh(),
+        TypedShape::Ball(ball) => ball.to_trimesh(ROUND, ROUND / 2),
+        TypedShape::Cylinder(cylinder) => cylinder.to_trimesh(ROUND),
+        TypedShape::Cone(cone) => cone.to_trimesh(ROUND),
+        TypedShape::Capsule(capsule) => capsule.to_trimesh(ROUND, ROUND / 2),
+        TypedShape::ConvexPolyhedron(hull) => hull.to_trimesh(),
+        TypedShape::TriMesh(mesh) if mesh.indices().len() <= MOST_MEASURED => {
+            (mesh.vertices().to_vec(), mesh.indices().to_vec())
+        }
+        _ => return None,
+    };
+    TriangleTree::new(triangles.iter().map(|triangle| triangle.map(|corner| corners[corner as usize])))
 }
 
 impl Part {

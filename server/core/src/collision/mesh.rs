@@ -14,6 +14,7 @@ use super::hull::Graph;
 use super::proxy::{ProxyShape, largest_distance};
 use super::shapes::{Made, Way};
 use super::simplify::simplified;
+use super::triangle_tree::TriangleTree;
 
 /// Smallest thickness of a plate with a volume, metres.
 const THINNEST: f64 = 1e-6;
@@ -25,7 +26,13 @@ const MOST_POINTS: usize = 1_000;
 /// Number of triangles above which a mesh is not decomposed; its hull replaces it.
 const MOST_DIVIDED: usize = 100_000;
 
-/// Resolution and maximum number of parts of a decomposition.
+/// A hull that lies farther from its mesh is too coarse to touch other links of its robot with, metres.
+pub(super) const COARSE_HULL: f64 = 3e-3;
+
+/// The distance of a mesh with more triangles than this from other links is not measured: its hull touches them.
+pub(super) const MOST_MEASURED: usize = 100_000;
+
+/// How finely a mesh is taken apart, and into how many parts at the most.
 const DECOMPOSITION: VHACDParameters = VHACDParameters {
     concavity: 0.01,
     alpha: 0.05,
@@ -62,13 +69,13 @@ pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh 
     };
     let exact = match way {
         Way::Facets => facets(),
-        Way::Hull | Way::Decomposition => None,
+        Way::Hull | Way::MeasuredHull | Way::Decomposition => None,
     };
     if let Some(made) = exact {
         return MadeMesh { shapes: vec![made], kind: ProxyShape::Mesh, distance: 0.0, simpler_by: None };
     }
     let parts = if way == Way::Decomposition { decomposition(mesh, scale) } else { Vec::new() };
-    let (shapes, kind, simpler_by) = if parts.is_empty() {
+    let (mut shapes, kind, simpler_by) = if parts.is_empty() {
         let hull = hull(mesh, scale);
         let simpler_by = hull.as_ref().and_then(|(_, by)| *by);
         (hull.into_iter().map(|(made, _)| made).collect(), ProxyShape::Hull, simpler_by)
@@ -77,10 +84,22 @@ pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh 
         (parts, ProxyShape::Parts(count), None)
     };
     let distance = largest_distance(mesh, scale, &shapes);
+    if let ([hull], Way::MeasuredHull) = (&mut shapes[..], way)
+        && distance > COARSE_HULL
+    {
+        hull.tree = tree(mesh, scale, hull.own_from_shape.inverse()).map(Arc::new);
+    }
     MadeMesh { shapes, kind, distance, simpler_by }
 }
 
-/// Returns the convex parts of a mesh; empty if it cannot be decomposed.
+/// The triangles of a mesh in a shape's axes; `None` where they are too many.
+fn tree(mesh: &MeshAsset, scale: DVec3, shape_from_own: DPose3) -> Option<TriangleTree> {
+    let corner = |index: u32| shape_from_own.transform_point(mesh.vertices[index as usize] * scale);
+    let few = mesh.triangles.len() <= MOST_MEASURED;
+    few.then(|| TriangleTree::new(mesh.triangles.iter().map(|triangle| triangle.map(corner))))?
+}
+
+/// Convex parts of a mesh; none where it cannot be taken apart.
 fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let first = points.first().copied().unwrap_or_default();

@@ -45,10 +45,13 @@ mod separation;
 mod shapes;
 mod simplify;
 mod still;
+mod surface_contact;
 mod surface_distance;
 mod terrain;
 #[cfg(test)]
 mod tests;
+mod triangle_pair;
+mod triangle_tree;
 
 pub use crate::dynamics::contact_point::{ContactPoint, Surface, SurfaceCombination};
 pub use broad::BroadPhase;
@@ -60,4 +63,4 @@ pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::NarrowPhase;
 pub use proxy::{Proxy, ProxyShape};
-pub use shapes::{MeshKey, MeshShapes, Shapes};
+pub use shapes::{CoarsePair, MeshKey, MeshShapes, Shapes};

@@ -20,6 +20,7 @@ use super::near_facets::NearFacets;
 use super::plane::{ROUNDING, far_above, outermost_beyond};
 use super::reduce::{MOST, SAME, needs_middle, reduce};
 use super::seams::{is_seam, seam_height};
+use super::surface_contact::SurfaceContact;
 use crate::dynamics::contact_point::{ContactPoint, SurfaceCombination};
 
 /// Displacement of one of two clipped faces whose edges coincide, metres: far above rounding, and too small
@@ -48,6 +49,7 @@ pub struct NarrowPhase {
     /// Number of pairs of colliders since the last call of the interrupt.
     since_asked: u32,
     facets: FacetContact,
+    pub(super) surface_contact: SurfaceContact,
     pub(super) fixed_pairs: FixedPairScratch,
 }
 

@@ -38,6 +38,8 @@ pub struct Proxy {
     /// For a hull of only some of the mesh's corners: the largest distance of any other one outside of its
     /// faces, metres.
     pub simpler_by: Option<f64>,
+    /// Links of its robot touch each other by the triangles of the mesh, and not by the hull.
+    pub is_measured: bool,
 }
 
 /// Number of points of each surface that are measured.

@@ -12,12 +12,19 @@ use rapier3d_f64::parry::shape::{SharedShape, TypedShape};
 use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
 use simd_model::robot::{Geometry, JointKind, Material, Sha256};
+use simd_model::setup::LinkPair as DescribedPair;
 
+use super::colliders::RobotColliders;
 use super::facets::Neighbours;
+use super::filter::{Groups, LinkPair, MOST_OWN_PAIRS};
+use super::geometry::tree_of;
 use super::hull::Graph;
-use super::mesh::{MadeMesh, is_field, mesh_shapes};
-use super::proxy::Proxy;
+use super::mesh::{COARSE_HULL, MadeMesh, is_field, mesh_shapes};
+use super::proxy::{Proxy, ProxyShape};
 use super::separation::Inner;
+use super::triangle_tree::TriangleTree;
+use crate::dynamics::Tree;
+use crate::dynamics::contact_point::Surface;
 
 /// Maximum memory of one robot's meshes as triangles, bytes; hulls replace further meshes. A million
 /// triangles.
@@ -73,8 +80,28 @@ pub(super) struct Part {
     pub(super) local_box: [DVec3; 2],
     /// Hash of the vertices and triangles, for a shape made of a mesh.
     pub(super) surface: Option<Sha256>,
-    /// Material, as the description gives it.
+    /// How far a convex hull lies from its mesh, metres; 0 of other shapes.
+    pub(super) hull_error: f64,
+    /// Its triangles, or those of the mesh that a hull stands for: of robots with a hull that is too coarse.
+    pub(super) tree: Option<Arc<TriangleTree>>,
+    /// As the description gives it.
     pub(super) material: Material,
+}
+
+impl Part {
+    /// Whether it is a hull that lies too far from its mesh to touch other links of its robot with.
+    pub(super) fn is_coarse(&self) -> bool {
+        self.hull_error > COARSE_HULL
+    }
+}
+
+/// Two links of one robot that touch each other with a hull that is too coarse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoarsePair {
+    /// Indices of the links, the smaller first.
+    pub links: [usize; 2],
+    /// How far the hull lies from its mesh, metres: the larger one of the two.
+    pub distance: f64,
 }
 
 impl fmt::Debug for Shapes {
@@ -103,11 +130,12 @@ impl Shapes {
         let mut parts = Vec::new();
         let mut proxies: Vec<Proxy> = Vec::new();
         let welded = welded_to_world(model, fixed_base);
-        let mut facet_bytes = 0;
+        let mut bytes = TriangleBytes::default();
+        let has_links_that_meet = model.joints.iter().any(|joint| joint.kind != JointKind::Fixed);
         for ((link, of), is_welded) in model.links.iter().enumerate().zip(welded) {
-            let way = Way::of(mesh_shapes, is_welded);
+            let way = Way::of(mesh_shapes, is_welded, has_links_that_meet);
             for collision in &of.collisions {
-                let made = shapes(&collision.geometry, way, &mut facet_bytes, &mut meshes, others);
+                let made = shapes(&collision.geometry, way, &mut bytes, &mut meshes, others);
                 if let (Geometry::Mesh { uri, asset: Some(asset), .. }, Some(made)) =
                     (&collision.geometry, &made.mesh)
                 {
@@ -119,12 +147,15 @@ impl Shapes {
                         is_fixed: is_welded,
                         distance: made.distance,
                         simpler_by: made.simpler_by,
+                        is_measured: made.shapes.iter().any(|made| made.tree.is_some()),
                     };
                     if !proxies.contains(&proxy) {
                         proxies.push(proxy);
                     }
                 }
-                for Made { shape, own_from_shape, neighbours, graph, surface } in made.shapes {
+                let hull = made.mesh.filter(|mesh| mesh.kind == ProxyShape::Hull);
+                let hull_error = hull.map_or(0.0, |hull| hull.distance);
+                for Made { shape, own_from_shape, neighbours, graph, surface, tree } in made.shapes {
                     let link_from_shape = collision.link_from_shape * own_from_shape;
                     let (inner, material) = (Inner::of(&*shape), collision.material);
                     // Computed once: parry scans all corners of a hull.
@@ -139,15 +170,58 @@ impl Shapes {
                         graph,
                         local_box,
                         surface,
+                        hull_error,
+                        tree,
                         material,
                     });
                 }
             }
         }
+        if parts.iter().any(|part| part.tree.is_some()) {
+            for part in parts.iter_mut().filter(|part| part.tree.is_none() && !part.is_coarse()) {
+                part.tree = tree_of(&*part.shape).map(Arc::new);
+            }
+        }
         Self { parts, meshes, proxies }
     }
 
-    /// Returns the replacements of its collision meshes, each once.
+    /// Links of a robot whose description has its links touch each other, where a hull is too coarse for that and its mesh is not
+    /// measured. Each pair once, in order.
+    pub fn coarse_pairs(self: &Arc<Self>, model: &RobotModel, fixed_base: bool) -> Vec<CoarsePair> {
+        let is_hull = |part: &Part| part.is_coarse() && part.tree.is_none();
+        if !model.setup.self_collision || !self.parts.iter().any(is_hull) {
+            return Vec::new();
+        }
+        let tree = Tree::new(model, fixed_base);
+        let mut colliders = RobotColliders::new(&tree, self, Surface::default());
+        if colliders.most_own_pairs() > MOST_OWN_PAIRS {
+            return Vec::new();
+        }
+        let mut groups = vec![Groups::default(); model.links.len()];
+        for given in &model.setup.groups {
+            if let Some(groups) = groups.get_mut(given.link) {
+                *groups = Groups { group: given.group, mask: given.mask };
+            }
+        }
+        let in_order = |[i, j]: [usize; 2]| [i.min(j), i.max(j)];
+        let enabled = |pair: &DescribedPair| LinkPair { links: in_order(pair.links), enabled: pair.enabled };
+        let mut pairs: Vec<LinkPair> = model.setup.pairs.iter().map(enabled).collect();
+        pairs.sort_unstable();
+        colliders.set_filter(&tree, true, &groups, &pairs);
+        let mut found: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        for [i, j] in colliders.own_collider_pairs() {
+            let parts = [i, j].map(|index| colliders.part(index));
+            if parts.into_iter().any(is_hull) {
+                let links = in_order(parts.map(|part| part.link));
+                let distance = parts[0].hull_error.max(parts[1].hull_error);
+                let known = found.entry(links).or_default();
+                *known = known.max(distance);
+            }
+        }
+        found.into_iter().map(|(links, distance)| CoarsePair { links, distance }).collect()
+    }
+
+    /// What its collision meshes became, each once.
     pub fn proxies(&self) -> &[Proxy] {
         &self.proxies
     }
@@ -190,13 +264,16 @@ fn welded_to_world(model: &RobotModel, fixed_base: bool) -> Vec<bool> {
 pub(super) enum Way {
     Facets,
     Hull,
+    /// With the triangles of the mesh if it is too coarse.
+    MeasuredHull,
     Decomposition,
 }
 
 impl Way {
-    fn of(asked: MeshShapes, is_welded: bool) -> Self {
+    fn of(asked: MeshShapes, is_welded: bool, has_links_that_meet: bool) -> Self {
         match asked {
             MeshShapes::Mesh if is_welded => Self::Facets,
+            MeshShapes::Mesh if has_links_that_meet => Self::MeasuredHull,
             MeshShapes::Mesh | MeshShapes::Hull => Self::Hull,
             MeshShapes::Decomposition => Self::Decomposition,
         }
@@ -215,17 +292,27 @@ pub(super) struct Made {
     pub(super) graph: Option<Arc<Graph>>,
     /// See [`Part::surface`].
     pub(super) surface: Option<Sha256>,
+    /// See [`Part::tree`].
+    pub(super) tree: Option<Arc<TriangleTree>>,
 }
 
 impl Made {
     /// A shape whose axes are those of the description.
     pub(super) fn new(shape: SharedShape) -> Self {
-        Self { shape, own_from_shape: DPose3::IDENTITY, neighbours: None, graph: None, surface: None }
+        Self {
+            shape,
+            own_from_shape: DPose3::IDENTITY,
+            neighbours: None,
+            graph: None,
+            surface: None,
+            tree: None,
+        }
     }
 
     /// Returns its approximate memory in bytes, if it was made of a mesh.
     fn bytes(&self) -> u64 {
-        match self.shape.as_typed_shape() {
+        let tree = self.tree.as_ref().map_or(0, |tree| tree.bytes());
+        tree + match self.shape.as_typed_shape() {
             TypedShape::TriMesh(mesh) => mesh.indices().len() as u64 * TRIANGLE_BYTES,
             TypedShape::HeightField(field) => field.heights().data().len() as u64 * SAMPLE_BYTES,
             TypedShape::ConvexPolyhedron(hull) => hull.points().len() as u64 * CORNER_BYTES,
@@ -241,7 +328,26 @@ pub struct MeshKey(Sha256, [u64; 3], Way);
 /// Shapes of meshes by key.
 type MadeMeshes = BTreeMap<MeshKey, MadeMesh>;
 
-/// Shapes of a geometry, and their report if it is a mesh.
+/// Bytes of the triangles of a robot's meshes: of those that touch as they are, and of those that are measured.
+#[derive(Default)]
+struct TriangleBytes {
+    facets: u64,
+    measured: u64,
+}
+
+impl TriangleBytes {
+    fn exceeds_facets(&mut self, bytes: u64) -> bool {
+        self.facets = self.facets.saturating_add(bytes);
+        self.facets > MOST_FACET_BYTES
+    }
+
+    fn exceeds_measured(&mut self, bytes: u64) -> bool {
+        self.measured = self.measured.saturating_add(bytes);
+        self.measured > MOST_FACET_BYTES
+    }
+}
+
+/// The shapes of a geometry, and what is to be said of it where it is a mesh.
 #[derive(Default)]
 struct Whole {
     shapes: Vec<Made>,
@@ -259,7 +365,7 @@ impl From<Made> for Whole {
 fn shapes(
     geometry: &Geometry,
     way: Way,
-    facet_bytes: &mut u64,
+    bytes: &mut TriangleBytes,
     meshes: &mut MadeMeshes,
     others: &[Arc<Shapes>],
 ) -> Whole {
@@ -283,13 +389,17 @@ fn shapes(
             let Some(asset) = asset.as_deref() else { return Whole::default() };
             let key = |way| MeshKey(asset.sha256, scale.to_array().map(f64::to_bits), way);
             let mut way = way;
-            if way == Way::Facets && !meshes.contains_key(&key(way)) {
-                *facet_bytes = facet_bytes.saturating_add(if is_field(asset, *scale) {
-                    asset.vertices.len() as u64 * SAMPLE_BYTES
-                } else {
-                    asset.triangles.len() as u64 * TRIANGLE_BYTES
-                });
-                if *facet_bytes > MOST_FACET_BYTES {
+            if !meshes.contains_key(&key(way)) {
+                let triangles = asset.triangles.len() as u64 * TRIANGLE_BYTES;
+                let is_over = match way {
+                    Way::Facets if is_field(asset, *scale) => {
+                        bytes.exceeds_facets(asset.vertices.len() as u64 * SAMPLE_BYTES)
+                    }
+                    Way::Facets => bytes.exceeds_facets(triangles),
+                    Way::MeasuredHull => bytes.exceeds_measured(triangles),
+                    Way::Hull | Way::Decomposition => false,
+                };
+                if is_over {
                     way = Way::Hull;
                 }
             }
@@ -304,7 +414,7 @@ fn shapes(
 
 /// Returns the shape of a primitive, and parry's axes for it in its own; `None` for a mesh without a hull.
 pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
-    let made = shapes(geometry, Way::Hull, &mut 0, &mut MadeMeshes::new(), &[]);
+    let made = shapes(geometry, Way::Hull, &mut TriangleBytes::default(), &mut MadeMeshes::new(), &[]);
     made.shapes.into_iter().next().map(|made| (made.shape, made.own_from_shape))
 }
 

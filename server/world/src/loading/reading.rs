@@ -19,7 +19,7 @@ use super::Loader;
 use super::decoded::{Decoded, Decoding};
 use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
 use super::progress::{Phase, Reporter};
-use super::report::{refuse_proxies, report_absent, report_proxies};
+use super::report::{refuse_proxies, report_absent, report_coarse_pairs, report_proxies};
 use super::source::Source;
 use crate::call_error::{CallError, panic_message};
 
@@ -359,7 +359,9 @@ fn read(
     let fixed_base = Spawn::is_base_fixed(&model, options.fixed_base);
     let shapes = Arc::new(Shapes::reusing(&model, fixed_base, options.mesh_shapes, &decoded.shapes()));
     decoded.admit_shapes(&shapes)?;
-    report_proxies(&shapes, options.read.limits.findings, &mut report);
+    let most = options.read.limits.findings;
+    report_proxies(&shapes, most, &mut report);
+    report_coarse_pairs(&shapes.coarse_pairs(&model, fixed_base), &model, most, &mut report);
     if options.read.strict {
         match refuse_proxies(report) {
             Ok(unchanged) => report = unchanged,

@@ -2,14 +2,17 @@
 
 use std::collections::BTreeSet;
 
-use simd_core::collision::{MeshShapes, Proxy, ProxyShape, Shapes};
+use simd_core::collision::{CoarsePair, MeshShapes, Proxy, ProxyShape, Shapes};
 use simd_model::robot::JointKind;
 use simd_model::{Disposition, Finding, LoadReport, Refused, RobotModel, Severity};
 
 /// Element of findings about collision meshes. They have no line.
 const COLLISION: &str = "collision";
 
-/// Adds findings about constraints that are left out, since they are on robots that are not loaded.
+/// The element of findings about links that touch others of their robot.
+const SELF_COLLISION: &str = "self_collision";
+
+/// Adds that constraints are left out which are on robots that do not come.
 pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: &mut LoadReport) {
     for absent in model.setup.partners().difference(names) {
         let message =
@@ -28,7 +31,7 @@ pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: 
 /// Adds findings about the shapes of collision meshes, at most `most` of each severity.
 pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadReport) {
     for proxy in shapes.proxies() {
-        let Proxy { uri, triangles, shape, asked, is_fixed, distance, simpler_by } = proxy;
+        let Proxy { uri, triangles, shape, asked, is_fixed, distance, simpler_by, is_measured } = proxy;
         let mesh = format!("the collision mesh of {}", counted(*triangles, "triangle"));
         let simpler = simpler_by.map_or_else(String::new, |by| {
             format!("of some of its corners, outside of whose faces the others lie by at most {by:.6} m; ")
@@ -59,6 +62,14 @@ pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadRepo
                      robot's are more than 1000000; {error}"
                 ),
             ),
+            ProxyShape::Hull if *is_measured => (
+                Severity::Info,
+                Disposition::Used,
+                format!(
+                    "the convex hull of {mesh} stands for it; {error}, so other links of this robot touch its triangles \
+                     and not the hull"
+                ),
+            ),
             ProxyShape::Hull => (
                 Severity::Info,
                 Disposition::Used,
@@ -77,7 +88,33 @@ pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadRepo
     }
 }
 
-/// Refuses shapes of collision meshes with a warning, as a strict load does.
+/// Adds links of one robot that push each other while their meshes are apart, with at most `most` warnings.
+pub(super) fn report_coarse_pairs(
+    pairs: &[CoarsePair],
+    model: &RobotModel,
+    most: usize,
+    report: &mut LoadReport,
+) {
+    let name = |link: usize| model.links.get(link).map_or("", |link| link.name.as_str());
+    let warnings = report.findings.iter().filter(|finding| finding.severity == Severity::Warning).count();
+    for CoarsePair { links, distance } in pairs.iter().take(most.saturating_sub(warnings)) {
+        let [first, second] = links.map(name);
+        report.findings.push(Finding {
+            severity: Severity::Warning,
+            disposition: Disposition::Used,
+            element: SELF_COLLISION.to_owned(),
+            file: None,
+            line: None,
+            message: format!(
+                "links {first:?} and {second:?} touch with their convex hulls, of which one lies up to {distance:.4} m \
+                 outside of its mesh: they may push each other while their meshes are that far apart; load the robot with \
+                 collision \"mesh\" and at most 100000 triangles a mesh, or with convex parts"
+            ),
+        });
+    }
+}
+
+/// Refuses what collision meshes became where that is a warning, as a strict load does.
 pub(super) fn refuse_proxies(mut report: LoadReport) -> Result<LoadReport, Refused> {
     let is_serious = |finding: &&mut Finding| {
         finding.element == COLLISION && finding.severity == Severity::Warning && finding.line.is_none()
