@@ -50,6 +50,20 @@ async fn height(client: &Client) -> f64 {
     client.robot_state("ball").await.unwrap().pose.unwrap().position.unwrap().z
 }
 
+async fn a_robot_stays_awake_as_long_as_it_is_asked_to(via: Via) {
+    let daemon = ball_on_ground(via).await;
+    let client = &daemon.client;
+    assert!(!client.stays_awake("ball").await.unwrap());
+    client.set_stays_awake("ball", true).await.unwrap();
+    assert!(client.stays_awake("ball").await.unwrap() && !client.stays_awake("ground").await.unwrap());
+    client.reset(Default::default()).await.unwrap();
+    assert!(client.stays_awake("ball").await.unwrap(), "a reset leaves settings");
+    client.set_stays_awake("ball", false).await.unwrap();
+    assert!(!client.stays_awake("ball").await.unwrap());
+    let refused = client.set_stays_awake("none", true).await.unwrap_err();
+    assert!(refused.to_string().contains("none"), "{refused}");
+}
+
 async fn a_pair_that_is_switched_off_falls_through_and_is_read_back(via: Via) {
     let daemon = ball_on_ground(via).await;
     let client = &daemon.client;
@@ -146,6 +160,7 @@ async fn what_is_wrong_is_named_by_its_path(via: Via) {
 }
 
 over_every_transport! {
+    a_robot_stays_awake_as_long_as_it_is_asked_to,
     a_pair_that_is_switched_off_falls_through_and_is_read_back,
     groups_are_set_and_read_with_the_surfaces,
     an_srdf_beside_the_urdf_switches_pairs_off_and_its_mistakes_are_reported,

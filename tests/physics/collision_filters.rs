@@ -53,7 +53,7 @@ fn groups(world: &mut Simulation, robot: &str, group: u32, mask: u32) {
         collision_mask: Some(mask),
         ..LinkProperties::default()
     }];
-    apply(world, Command::SetLinkProperties { robot: robot.into(), links });
+    apply(world, Command::SetLinkProperties { robot: robot.into(), links, stays_awake: None });
 }
 
 /// Free fall over n steps of h from rest is `g h^2 n (n + 1) / 2` in semi-implicit Euler and `g (n h)^2 / 2`

@@ -22,7 +22,7 @@ fn soften(world: &mut Simulation, robot: &str, (stiffness, damping): (f64, f64))
     for link in &mut links {
         (link.material.contact_stiffness, link.material.contact_damping) = (Some(stiffness), Some(damping));
     }
-    apply(world, Command::SetLinkProperties { robot: robot.into(), links });
+    apply(world, Command::SetLinkProperties { robot: robot.into(), links, stays_awake: None });
 }
 
 fn at(x: f64, z: f64) -> DPose3 {

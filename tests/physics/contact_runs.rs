@@ -299,13 +299,14 @@ fn a_box_slides_when_its_link_becomes_slippery() {
     (0..2_000).for_each(|_| world.step());
     assert!(look(&world).roots[1].pose.translation.x < 0.03);
     let links = surface(0.05, 0.0).links;
-    apply(&mut world, Command::SetLinkProperties { robot: "box".into(), links });
+    apply(&mut world, Command::SetLinkProperties { robot: "box".into(), links, stays_awake: None });
     (0..1_000).for_each(|_| world.step());
     let expected = 9.81 * (0.2f64.sin() - 0.05 * 0.2f64.cos());
     let velocity = look(&world).roots[1].linear.length();
     assert!((velocity / expected - 1.0).abs() < 2e-3, "{velocity} {expected}");
     let wrong = surface(-1.0, 0.0).links;
-    let refused = world.apply(&Command::SetLinkProperties { robot: "box".into(), links: wrong });
+    let refused =
+        world.apply(&Command::SetLinkProperties { robot: "box".into(), links: wrong, stays_awake: None });
     assert_eq!(
         refused.unwrap_err().to_string(),
         "links[0].friction (all links) is -1; it must be between 0 and 1000000"

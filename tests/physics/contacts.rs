@@ -88,7 +88,7 @@ fn the_world_says_what_friction_two_surfaces_have() {
         let angle: f64 = 0.7;
         let (mut world, downhill) = on_a_slope(angle, block(), 0.1, 0.6, 1e-3);
         let links = surface(0.4, 0.0).links;
-        apply(&mut world, Command::SetLinkProperties { robot: "body".into(), links });
+        apply(&mut world, Command::SetLinkProperties { robot: "body".into(), links, stays_awake: None });
         run(&mut world, 0.1);
         let before = look(&world).roots[1].linear.dot(downhill);
         combine(&mut world, combination);

@@ -122,7 +122,7 @@ fn a_robot_with_ignored_overlaps_is_imported_again() {
         link.collisions = slider().links[1].collisions.clone();
     }
     let arm = Arc::new(arm);
-    let contact_settings = ContactSettings { self_collision: true, links: Vec::new() };
+    let contact_settings = ContactSettings { self_collision: true, ..ContactSettings::default() };
     scenes::spawn(
         &mut world,
         Spawn { contact_settings, ..scenes::robot("arm", &arm, DPose3::IDENTITY, true) },
@@ -208,7 +208,8 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
             let name = format!("arm-{i}");
             let pose = DPose3::from_translation(any_vector(rng, 0.1));
             let model = if rng.u8(0..4) == 0 { scenes::cuboid(DVec3::splat(0.3), 1.0) } else { any_arm(rng) };
-            let contact_settings = ContactSettings { self_collision: rng.bool(), links: Vec::new() };
+            let contact_settings =
+                ContactSettings { self_collision: rng.bool(), ..ContactSettings::default() };
             let fixed = rng.u8(0..6) > 0;
             let passive = rng.bool();
             scenes::spawn(
@@ -351,7 +352,10 @@ fn what_is_pressed_into_something_still_touches_it_after_a_change_of_nothing() {
         CollisionFilterChange { robot: "arm".into(), self_collision: Some(false), pairs: Vec::new() };
     apply(&mut world, Command::SetCollisionFilter(change));
     let groups = LinkProperties { collision_group: Some(1), ..LinkProperties::default() };
-    apply(&mut world, Command::SetLinkProperties { robot: "arm".into(), links: vec![groups] });
+    apply(
+        &mut world,
+        Command::SetLinkProperties { robot: "arm".into(), links: vec![groups], stays_awake: None },
+    );
     run(&mut world, 0.5);
     let after = look(&world).positions[0];
     assert!((after - before).abs() < 1e-3, "{before} {after}");

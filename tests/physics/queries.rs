@@ -249,7 +249,7 @@ fn what_may_not_touch_is_left_out_where_asked() {
         collision_mask: Some(0),
         ..LinkProperties::default()
     }];
-    apply(&mut world, Command::SetLinkProperties { robot: "ball".into(), links });
+    apply(&mut world, Command::SetLinkProperties { robot: "ball".into(), links, stays_awake: None });
     assert!(pairs(&world).is_empty());
     assert_eq!(ask(&look(&world), &all(body(1), None)).len(), 2);
 }

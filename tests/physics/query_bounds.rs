@@ -50,7 +50,7 @@ fn rays_are_masked_by_groups_and_bounded_by_their_names() {
         hits[0].as_ref().map(|hit| hit.robot.clone())
     };
     let links = vec![LinkProperties { collision_group: Some(6), ..LinkProperties::default() }];
-    apply(&mut world, Command::SetLinkProperties { robot: "ball".into(), links });
+    apply(&mut world, Command::SetLinkProperties { robot: "ball".into(), links, stays_awake: None });
     assert_eq!(hit(&world, None).as_deref(), Some("ball"));
     assert_eq!(hit(&world, Some(4)).as_deref(), Some("ball"));
     assert_eq!(hit(&world, Some(1)).as_deref(), Some("ground"));

@@ -69,7 +69,8 @@ pub(crate) fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
             };
             let collision_mask = rng.bool().then(|| rng.u32(..));
             let properties = LinkProperties { link, material, collision_mask, ..Default::default() };
-            Command::SetLinkProperties { robot, links: vec![properties] }
+            let stays_awake = [None, Some(true), Some(false)][rng.usize(..3)];
+            Command::SetLinkProperties { robot, links: vec![properties], stays_awake }
         }
         9 => {
             let other = &seen.world.entities[rng.usize(..seen.world.entities.len())];

@@ -67,7 +67,7 @@ fn scene(rng: &mut Rng) -> Simulation {
     for i in 0..3 {
         let model = Arc::new(random_robots::robot(rng));
         let pose = at(DVec3::new(2.0 * f64::from(i), 3.0, 1.0 + rng.f64()));
-        let contact_settings = ContactSettings { self_collision: rng.bool(), links: Vec::new() };
+        let contact_settings = ContactSettings { self_collision: rng.bool(), ..ContactSettings::default() };
         let passive = rng.u8(0..4) == 0;
         spawn(
             &mut world,
@@ -76,7 +76,7 @@ fn scene(rng: &mut Rng) -> Simulation {
     }
     let (arm, _) = robots::read("Two Link.v2/urdf/Two Link.v2.urdf");
     for (name, x) in [("arm", 0.0), ("other-arm", 0.05)] {
-        let contact_settings = ContactSettings { self_collision: true, links: Vec::new() };
+        let contact_settings = ContactSettings { self_collision: true, ..ContactSettings::default() };
         let passive = name == "other-arm";
         spawn(&mut world, Spawn { passive, contact_settings, ..robot(name, &arm, at(DVec3::X * x), true) });
     }

@@ -11,6 +11,8 @@ use simd_model::RobotModel;
 use simd_model::robot::JointKind;
 use simd_tests::scenes::*;
 
+use crate::saved_state_files::through_a_file;
+
 const G: f64 = 9.81;
 
 /// N. Sweeps end if no velocity changes by more than 1e-6 m/s, and the shortest part here is 7e-5 s.
@@ -234,4 +236,30 @@ fn what_lies_still_is_carried_whatever_came_and_went() {
     }
     println!("{} awake, {} asleep", checked[0], checked[1]);
     assert!(checked[0] > 50 && checked[1] > 100, "{checked:?}");
+}
+
+/// One that stays awake keeps what it touches awake, also after its state went through a file, and sleeps once it may.
+#[test]
+fn a_robot_that_stays_awake_does_not_sleep_and_says_so_in_its_state() {
+    let set = |world: &mut Simulation, awake: bool| {
+        let stays_awake = Some(awake);
+        apply(world, Command::SetLinkProperties { robot: "box".into(), links: Vec::new(), stays_awake });
+    };
+    let mut world = sleeper(1e-3, 1);
+    spawn(&mut world, robot("upper", &cuboid(DVec3::splat(0.1), 1.0), at(DVec3::Z * 0.25), false));
+    set(&mut world, true);
+    assert!(!is_asleep(&mut world, "box"), "it wakes at once");
+    assert!(look(&world).settings[1].stays_awake);
+    (0..2_000).for_each(|_| world.step());
+    assert!(!is_asleep(&mut world, "box") && !is_asleep(&mut world, "upper"));
+    let mut other = simd_tests::scenes::world(1e-3);
+    let saved = through_a_file(&world, "here");
+    apply(&mut other, Command::ImportSavedState { name: "it".into(), saved });
+    apply(&mut other, Command::RestoreState { name: "it".into() });
+    assert_eq!(other.fingerprint(), world.fingerprint());
+    (0..2_000).for_each(|_| other.step());
+    assert!(!is_asleep(&mut other, "box"));
+    set(&mut other, false);
+    (0..2_000).for_each(|_| other.step());
+    assert!(is_asleep(&mut other, "box") && is_asleep(&mut other, "upper"));
 }

@@ -114,10 +114,8 @@ pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> 
 pub fn surface(friction: f64, restitution: f64) -> ContactSettings {
     let material =
         Material { friction: Some(friction), restitution: Some(restitution), ..Material::default() };
-    ContactSettings {
-        self_collision: false,
-        links: vec![LinkProperties { material, ..LinkProperties::default() }],
-    }
+    let links = vec![LinkProperties { material, ..LinkProperties::default() }];
+    ContactSettings { links, ..ContactSettings::default() }
 }
 
 /// Applies a command that must be accepted.

@@ -5,6 +5,7 @@ mod filter;
 mod kinematics;
 mod progress;
 pub(crate) mod shape;
+mod sleep;
 pub(crate) mod validate;
 mod view;
 
@@ -54,7 +55,9 @@ pub(crate) enum Robot {
     },
     /// Changes the collision filter of a robot: self-collision, groups, pairs of links
     Filter(filter::Filter),
-    /// Shows poses and velocities of a robot's links
+    /// Shows whether a robot stays awake, or sets it
+    Sleep(sleep::Sleep),
+    /// Shows where a robot's links are and how they move
     Links {
         /// Name of the robot
         #[arg(add = complete::robots())]
@@ -109,7 +112,10 @@ pub(crate) struct Load {
     /// Links of the robot collide with each other, except those that a joint connects
     #[arg(long)]
     self_collision: bool,
-    /// SRDF file, whose `disable_collisions` switch pairs of links off
+    /// The robot does not sleep, also where the world lets bodies sleep
+    #[arg(long)]
+    stays_awake: bool,
+    /// An SRDF file, whose `disable_collisions` switch pairs of links off
     #[arg(long, value_name = "FILE")]
     srdf: Option<PathBuf>,
     /// Colliders of collision meshes. mesh: triangles for links that cannot move, convex hulls for others;
@@ -178,6 +184,7 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
             output.one(&InfoView::new(entity, state, filter)?)
         }
         Robot::Filter(arguments) => filter::run(arguments, client, output).await,
+        Robot::Sleep(arguments) => sleep::run(arguments, client, output).await,
         Robot::Links { robot } => kinematics::links(&robot, client, output).await,
         Robot::Ik(arguments) => kinematics::ik(arguments, client, output).await,
         Robot::Delete { robot } => {
@@ -223,6 +230,7 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         strict: arguments.strict,
         link_properties: arguments.surface.of(None).into_iter().collect(),
         self_collision: arguments.self_collision,
+        stays_awake: arguments.stays_awake,
         srdf,
         mesh_shapes: match arguments.collision {
             _ if arguments.convex_parts => MeshShapes::Decomposition,

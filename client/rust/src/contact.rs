@@ -107,7 +107,29 @@ impl Client {
         present(self.unary(self.entity().set_link_properties(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// Returns whether a robot collides with itself, and which pairs of links are switched off or on.
+    /// Whether a robot stays awake, also where the world lets bodies sleep.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn stays_awake(&self, robot: &str) -> Result<bool, Error> {
+        let request = GetLinkPropertiesRequest { robot: robot.to_owned() };
+        Ok(self.unary(self.entity().get_link_properties(request)).await?.stays_awake)
+    }
+
+    /// Changes that, and wakes the robot.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn set_stays_awake(&self, robot: &str, stays_awake: bool) -> Result<Stamp, Error> {
+        let request = SetLinkPropertiesRequest {
+            robot: robot.to_owned(),
+            stays_awake: Some(stays_awake),
+            ..Default::default()
+        };
+        present(self.unary(self.entity().set_link_properties(self.claimed(request))).await?.stamp, "stamp")
+    }
+
+    /// What a robot touches: itself or not, and which pairs of links are switched off or on.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.

@@ -347,6 +347,9 @@ pub struct SpawnEntityRequest {
         ::prost::alloc::string::String,
         Quaternion,
     >,
+    /// The robot does not sleep, also where the world lets bodies sleep. So it is too if the description says so.
+    #[prost(bool, tag = "18")]
+    pub stays_awake: bool,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SpawnEntityResponse {
@@ -941,6 +944,9 @@ pub struct GetLinkPropertiesResponse {
     pub links: ::prost::alloc::vec::Vec<LinkProperties>,
     #[prost(message, optional, tag = "2")]
     pub stamp: ::core::option::Option<Stamp>,
+    /// The robot does not sleep, also where the world lets bodies sleep. Robots with joints never do.
+    #[prost(bool, tag = "3")]
+    pub stays_awake: bool,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SetLinkPropertiesRequest {
@@ -954,6 +960,10 @@ pub struct SetLinkPropertiesRequest {
     /// From ClaimJoints, if the caller holds a claim.
     #[prost(string, tag = "4")]
     pub claim: ::prost::alloc::string::String,
+    /// The robot does not sleep, also where the world lets bodies sleep. Left out: as it was. Any request wakes the robot and
+    /// what it touches.
+    #[prost(bool, optional, tag = "5")]
+    pub stays_awake: ::core::option::Option<bool>,
 }
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct SetLinkPropertiesResponse {

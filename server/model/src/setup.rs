@@ -16,7 +16,9 @@ pub struct Setup {
     pub states: Vec<NamedState>,
     /// Whether its links collide with each other.
     pub self_collision: bool,
-    /// Pairs of links that do not collide, or that collide although a joint connects them.
+    /// It does not sleep, also where a world lets bodies sleep.
+    pub stays_awake: bool,
+    /// Pairs of links that do not touch, or do whatever joints connect them.
     pub pairs: Vec<LinkPair>,
     /// Links with collision groups.
     pub groups: Vec<LinkGroups>,

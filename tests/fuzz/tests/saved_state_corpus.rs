@@ -114,7 +114,7 @@ impl Scene {
             passive: false,
             joint_positions: Vec::new(),
             joint_orientations: Vec::new(),
-            contact_settings: ContactSettings { self_collision: true, links: Vec::new() },
+            contact_settings: ContactSettings { self_collision: true, ..ContactSettings::default() },
             collision_pairs: Vec::new(),
             loaded_at_start: fixed,
         })));

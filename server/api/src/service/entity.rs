@@ -353,11 +353,13 @@ impl EntityService for Service {
         let of_links =
             settings.into_iter().flat_map(|settings| settings.surfaces.iter().zip(&settings.groups));
         let links = entity.model.links.iter().zip(of_links);
+        let stays_awake = settings.is_some_and(|settings| settings.stays_awake);
         Ok(Response::new(v1::GetLinkPropertiesResponse {
             links: links
                 .map(|(link, (surface, groups))| link_properties(&link.name, *surface, *groups))
                 .collect(),
             stamp: Some(stamp::published(&state)),
+            stays_awake,
         }))
     }
 

@@ -203,7 +203,8 @@ impl VariationPlan {
                     },
                     ..LinkProperties::default()
                 });
-                Command::SetLinkProperties { robot: name.clone(), links: changed.collect() }
+                let links = changed.collect();
+                Command::SetLinkProperties { robot: name.clone(), links, stays_awake: None }
             }
         };
         world.apply(&command).map(drop)

@@ -10,7 +10,9 @@ use crate::plain::bounded_list;
 pub struct ContactSettings {
     /// Whether links of the robot collide with each other, unless a joint connects them.
     pub self_collision: bool,
-    /// Properties of links, which replace the description's. A file has at most [`MAX_LINK_PROPERTIES`].
+    /// It does not sleep, also where the world lets bodies sleep.
+    pub stays_awake: bool,
+    /// Surfaces of links, which replace those of the description. A file has at most [`MAX_LINK_PROPERTIES`].
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_LINK_PROPERTIES, _, _>")]
     pub links: Vec<LinkProperties>,
 }

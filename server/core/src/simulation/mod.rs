@@ -191,7 +191,9 @@ impl Simulation {
             Command::CancelTrajectory { robot, id } => self.cancel_trajectory(robot, *id, claim),
             Command::ResetJoints { robots } => self.reset_joints(robots),
             Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
-            Command::SetLinkProperties { robot, links } => self.set_link_properties(robot, links),
+            Command::SetLinkProperties { robot, links, stays_awake } => {
+                self.set_link_properties(robot, links, *stays_awake)
+            }
             Command::SetCollisionFilter(change) => self.set_collision_filter(change),
             Command::Claim(request) => self.claim(request),
             Command::Release { claim, cause } => self.release(*claim, cause.clone()),

@@ -17,7 +17,9 @@ pub struct RobotSettings {
     pub surfaces: Vec<Option<Surface>>,
     /// Whether its links touch each other.
     pub self_collision: bool,
-    /// Groups of each link of the model, in its order.
+    /// It does not sleep, also where the world lets bodies sleep.
+    pub stays_awake: bool,
+    /// One for each link of the model, in its order.
     pub groups: Vec<Groups>,
     /// Holder of a claim on the whole robot.
     pub claimed_by: Option<Arc<str>>,
@@ -54,6 +56,7 @@ impl Entity {
             joints: (0..self.model.joints.len()).map(|joint| self.joint_settings(joint)).collect(),
             surfaces: (0..self.model.links.len()).map(|link| self.colliders.surface(link)).collect(),
             self_collision: self.state.contact_settings.self_collision,
+            stays_awake: self.state.contact_settings.stays_awake,
             groups: self.state.groups.clone(),
             claimed_by: self.claims.whole.as_ref().map(|claim| Arc::clone(&claim.holder)),
             collision_pairs: Arc::clone(&self.state.collision_pairs),

@@ -268,7 +268,9 @@ fn checked(
         }
     }
     if *asleep && !entity.may_sleep() {
-        return Err("a sleep that only a single free body can be in".into());
+        return Err(
+            "a sleep that only a single free body can be in, and only if it does not stay awake".into()
+        );
     }
     Ok(entity)
 }

@@ -27,7 +27,9 @@ pub(super) struct Body {
     /// Whether it has no joint to a parent.
     pub(super) is_free: bool,
     pub(super) geoms: Vec<Geom>,
-    /// From its `inertial` element, if it has one.
+    /// Its tree never sleeps.
+    pub(super) stays_awake: bool,
+    /// Where its own inertial says so.
     given: Option<Inertial>,
 }
 
@@ -70,6 +72,7 @@ impl Body {
             joints: Vec::new(),
             is_free: false,
             geoms: Vec::new(),
+            stays_awake: false,
             given: None,
         }
     }
@@ -154,11 +157,20 @@ impl<'a> Reader<'a> {
             let message = "gravcomp is not read: joints have gravity compensation in simd";
             self.notes.warn(element, Ignored, message);
         }
+        let stays_awake = match element.word("sleep") {
+            Some("never") => true,
+            Some("init") => {
+                self.notes.info(element, Ignored, "sleep=\"init\" is not read: bodies begin awake in simd");
+                false
+            }
+            _ => false,
+        };
         self.bodies.push(Body {
             name,
             at: (element.file, element.line()),
             parent,
             parent_from_body: inside.frame * pose,
+            stays_awake,
             ..Body::world(element)
         });
         let class =

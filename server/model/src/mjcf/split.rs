@@ -213,6 +213,7 @@ fn robot(
     }
     let touching = draft.links.iter().filter(|link| !link.collisions.is_empty()).count();
     draft.self_collision = touching > 1;
+    draft.stays_awake = members.iter().filter_map(|index| bodies.get(*index)).any(|body| body.stays_awake);
     draft
 }
 

@@ -21,6 +21,7 @@ pub(super) struct Model {
     /// Whether none of its links moves.
     pub(super) is_static: bool,
     pub(super) self_collide: bool,
+    pub(super) stays_awake: bool,
     /// Each with `model_from_link`.
     pub(super) links: Vec<(DraftLink, DPose3)>,
     pub(super) joints: Vec<Joint>,
@@ -241,6 +242,7 @@ impl<'a> Reader<'a> {
             at: (element.file, element.line()),
             is_static: element.says("static") == Some(true),
             self_collide: element.says("self_collide") == Some(true),
+            stays_awake: element.says("allow_auto_disable") == Some(false),
             links: Vec::new(),
             joints: Vec::new(),
             frames: BTreeMap::new(),
@@ -319,6 +321,7 @@ impl<'a> Reader<'a> {
                 model.canonical.get_or_insert(full(&canonical));
             }
             model.self_collide |= inner.self_collide;
+            model.stays_awake |= inner.stays_awake;
             if model.links.len() > crate::MOST_LINKS {
                 let message = format!("the model has more than {} links", crate::MOST_LINKS);
                 return Err(Stop::at(element, message));

@@ -17,7 +17,7 @@ use crate::translation::notes::Notes;
 
 /// Returns the robots of a model in the world.
 pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) -> Vec<Draft> {
-    let Model { name, at, is_static, self_collide, links, mut joints, .. } = model;
+    let Model { name, at, is_static, self_collide, stays_awake, links, mut joints, .. } = model;
     if links.is_empty() {
         notes.warn_at_line(Ignored, at, format!("the model {name:?} has no links; left out"));
         return Vec::new();
@@ -74,6 +74,7 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
             pose: world_from_model * model_from_root,
             fixed: root == world || root_name == WORLD,
             self_collision: self_collide,
+            stays_awake,
             ..Draft::default()
         };
         let mut taken = Names::default();

@@ -26,6 +26,7 @@ pub(crate) struct Draft {
     /// Pairs of links that do not collide, by name.
     pub(crate) excluded: Vec<([String; 2], At)>,
     pub(crate) self_collision: bool,
+    pub(crate) stays_awake: bool,
     pub(crate) constraints: Vec<DraftConstraint>,
 }
 

@@ -61,6 +61,9 @@ pub(crate) fn urdf(draft: &Draft, files: Vec<String>) -> TranslatedModel {
     if draft.self_collision {
         text.line(draft.at, 1, "<gazebo><self_collide>true</self_collide></gazebo>");
     }
+    if draft.stays_awake {
+        text.line(draft.at, 1, "<gazebo><allow_auto_disable>false</allow_auto_disable></gazebo>");
+    }
     text.line(draft.at, 0, "</robot>");
     TranslatedModel {
         name: draft.name.clone(),

@@ -27,7 +27,9 @@ pub(super) struct Gazebo {
     pub(super) self_collide: BTreeSet<String>,
     /// Whether all links are in this set.
     pub(super) all_collide: bool,
-    /// Settings of joints, by name.
+    /// The robot does not sleep.
+    pub(super) stays_awake: bool,
+    /// Of joints, by name.
     pub(super) joints: BTreeMap<String, OfJoint>,
 }
 
@@ -76,12 +78,22 @@ impl Gazebo {
             self.all_collide = true;
             findings.used(own, || "links of the robot touch each other".to_owned());
         }
-        // Joints that close loops become constraints.
+        // Bodies may sleep unless it says no.
+        let switch = node.children().find(|child| is(*child, "allow_auto_disable"));
+        if let Some(switch) = switch
+            && says_no(switch)
+        {
+            self.stays_awake = true;
+            findings.used(switch, || "the robot does not sleep".to_owned());
+        }
+        // Joints that close loops are constraints.
         let is_elsewhere = |child: Node| is(child, "joint") || is(child, "ros2_control");
-        let is_read = |child: &Node| is_self_collide(*child) || is_elsewhere(*child);
+        let is_read = |child: &Node| {
+            is_self_collide(*child) || is_elsewhere(*child) || is(*child, "allow_auto_disable")
+        };
         let has_joint = node.children().any(is_elsewhere);
         let has_others = node.children().filter(Node::is_element).any(|child| !is_read(&child));
-        if has_others || (own.is_none() && !has_joint) {
+        if has_others || (own.is_none() && switch.is_none() && !has_joint) {
             findings.info(node, Ignored, "not read by simd: it is for Gazebo and its plugins");
         }
     }
@@ -189,6 +201,11 @@ fn is_self_collide(node: Node) -> bool {
 fn says_yes(node: Node) -> bool {
     let text = node.attribute("value").or_else(|| node.text()).unwrap_or_default().trim();
     text == "1" || text.eq_ignore_ascii_case("true")
+}
+
+fn says_no(node: Node) -> bool {
+    let text = node.attribute("value").or_else(|| node.text()).unwrap_or_default().trim();
+    text == "0" || text.eq_ignore_ascii_case("false")
 }
 
 fn number(node: Node, findings: &mut Findings) -> Option<f64> {

@@ -37,6 +37,7 @@ pub(super) fn read(
     couple(joints, &mut setup);
     setup.states = states::read(repaired.root, joints, findings);
     self_collisions(gazebo, links, &mut setup, repaired, findings);
+    setup.stays_awake = gazebo.stays_awake;
     setup.pairs.extend(srdf::of_robot(repaired.root, links, findings));
     groups(repaired, tree, &mut setup, findings);
     setup.constraints = constraints::read(repaired.root, (links, joints), findings);

@@ -19,9 +19,9 @@ use crate::driver::Published;
 
 /// Name of the metadata that marks a file as a recording.
 pub(super) const METADATA: &str = "simd.recording";
-/// Version of the format that is written and read.
-pub(super) const FORMAT: u32 = 4;
-/// Size of a part of a stored file, bytes.
+/// The format that is written and read.
+pub(super) const FORMAT: u32 = 5;
+/// Bytes of a part of a file.
 const PART: usize = 1 << 20;
 
 /// Topics for the replay.

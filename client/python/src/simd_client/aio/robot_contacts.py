@@ -67,6 +67,16 @@ class RobotContacts(Motion):
         request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
         return stamp_from_proto((await self._connection.call(methods.SetLinkProperties, request)).stamp)
 
+    async def stays_awake(self) -> bool:
+        """Whether it does not sleep, also where the world lets bodies sleep."""
+        request = proto.GetLinkPropertiesRequest(robot=self.name)
+        return (await self._connection.call(methods.GetLinkProperties, request)).stays_awake
+
+    async def set_stays_awake(self, stays_awake: bool) -> Stamp:
+        """Changes that, and wakes it. Robots with joints never sleep."""
+        request = proto.SetLinkPropertiesRequest(robot=self.name, stays_awake=stays_awake)
+        return stamp_from_proto((await self._connection.call(methods.SetLinkProperties, request)).stamp)
+
     async def collision_filter(self) -> CollisionFilter:
         """Whether its links touch each other, and which pairs of links are switched off or on."""
         request = proto.GetCollisionFilterRequest(robot=self.name)

@@ -161,6 +161,8 @@ class Body:
     scale: float = 1.0
     # Its links collide with each other.
     self_collision: bool = False
+    # What `changeDynamics` said of its sleep.
+    stays_awake: bool | None = None
     # Flags of self-collision that it was loaded with: which links touch those that they hang on.
     parent_flags: int = 0
     # Its collision meshes are convex parts, and not their hulls.

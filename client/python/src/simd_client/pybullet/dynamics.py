@@ -20,6 +20,13 @@ from . import beyond, descriptions, shape_inertia
 from .arguments import Vector, vector
 from .bodies import Body, put_limits
 from .connections import connected
+from .constants import (
+    ACTIVATION_STATE_DISABLE_SLEEPING,
+    ACTIVATION_STATE_DISABLE_WAKEUP,
+    ACTIVATION_STATE_ENABLE_SLEEPING,
+    ACTIVATION_STATE_SLEEP,
+    ACTIVATION_STATE_WAKE_UP,
+)
 from .errors import error, unsupported
 from .respawn import respawn
 from .rotations import Matrix, matrix
@@ -158,10 +165,12 @@ def changeDynamics(
         idle = [
             name
             for name, value in kept.items()
-            if name not in _SPRING and (value or name not in ("linearDamping", "angularDamping"))
+            if name not in _SPRING and name != "activationState" and (value or name not in ("linearDamping", "angularDamping"))
         ]
         if idle:
             world.say_once(f"changeDynamics: {', '.join(idle)} are kept, and do nothing")
+    if activationState is not None:
+        _set_activation(world, body, int(activationState))
     if jointLimitForce is not None:
         world.say_once("changeDynamics: jointLimitForce does nothing: limits are hard stops")
     if mass is not None or localInertiaDiagonal is not None:
@@ -171,6 +180,21 @@ def changeDynamics(
         _set_joint(world, body, linkIndex, jointDamping, jointLowerLimit, jointUpperLimit)
     if maxJointVelocity is not None and maxJointVelocity >= 0.0:
         _set_speed(world, body, float(maxJointVelocity))
+
+
+def _set_activation(world: World, body: Body, state: int) -> None:
+    """Switches the sleep of a whole body, as PyBullet does, whatever the link."""
+    stays_awake = bool(body.stays_awake)
+    if state & ACTIVATION_STATE_ENABLE_SLEEPING:
+        stays_awake = False
+    if state & ACTIVATION_STATE_DISABLE_SLEEPING:
+        stays_awake = True
+    if state & (ACTIVATION_STATE_ENABLE_SLEEPING | ACTIVATION_STATE_DISABLE_SLEEPING | ACTIVATION_STATE_WAKE_UP):
+        world.set_stays_awake(body, stays_awake)
+    if state & ACTIVATION_STATE_SLEEP:
+        world.say_once("changeDynamics: ACTIVATION_STATE_SLEEP does nothing: a body sleeps once it has rested for a second")
+    if state & ACTIVATION_STATE_DISABLE_WAKEUP:
+        world.say_once("changeDynamics: ACTIVATION_STATE_DISABLE_WAKEUP does nothing: what is touched wakes")
 
 
 def _of_spring(value: float) -> float:

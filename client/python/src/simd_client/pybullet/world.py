@@ -204,6 +204,8 @@ class World(Loop):
         made.self_collision, made.divided = body.self_collision, body.divided
         made.parent_flags = body.parent_flags
         self.set_surfaces(made, body.surfaces)
+        if body.stays_awake is not None:
+            self.set_stays_awake(made, body.stays_awake)
         for joint in made.joints:
             index = body.by_joint.get(joint.name)
             if index is not None:
@@ -239,6 +241,11 @@ class World(Loop):
             self.wire.call(methods.SetLinkProperties, request)
             self.forget_properties(body)
             body.surfaces.update(known)
+
+    def set_stays_awake(self, body: Body, stays_awake: bool) -> None:
+        """Sets whether a body sleeps, also for when the robot is loaded again, and wakes it."""
+        self.wire.call(methods.SetLinkProperties, SetLinkPropertiesRequest(robot=body.robot, stays_awake=stays_awake))
+        body.stays_awake = stays_awake
 
     def _drop(self, number: int) -> None:
         robot = self.bodies.pop(number).robot

@@ -139,6 +139,7 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         model: Path::ROOT.field("model").short(request.model)?,
         contact_settings: ContactSettings {
             self_collision: request.self_collision,
+            stays_awake: request.stays_awake,
             links: link_properties(&Path::ROOT, "link_properties", request.link_properties)?,
         },
     })
@@ -230,12 +231,12 @@ pub fn link_pull(request: v1::PullLinkRequest) -> Result<Command, BadField> {
 /// Parses new surfaces of a robot's links.
 pub fn set_link_properties(request: v1::SetLinkPropertiesRequest) -> Result<Command, BadField> {
     let robot = robot(request.robot)?;
-    if request.links.is_empty() {
+    if request.links.is_empty() && request.stays_awake.is_none() {
         return Err(Path::ROOT.field("links").refuse("empty", "it must name at least one link"));
     }
     let links = link_properties(&Path::ROOT, "links", request.links)?;
     Path::ROOT.each_once("links", links.iter().map(|properties| &properties.link))?;
-    Ok(Command::SetLinkProperties { robot, links })
+    Ok(Command::SetLinkProperties { robot, links, stays_awake: request.stays_awake })
 }
 
 /// Parses a robot's collision filter.

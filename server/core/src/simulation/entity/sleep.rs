@@ -50,6 +50,7 @@ impl Entity {
     /// Returns whether it is a single free body without applied forces.
     pub(in crate::simulation) fn may_sleep(&self) -> bool {
         self.is_free_body()
+            && !self.state.contact_settings.stays_awake
             && self.state.pulls.is_empty()
             && self.body.external().iter().all(|push| *push == Spatial::ZERO)
     }

@@ -9,11 +9,14 @@ impl Simulation {
         &mut self,
         robot: &str,
         links: &[LinkProperties],
+        stays_awake: Option<bool>,
     ) -> Result<Reply, Error> {
         let robot_index = self.robot_index(robot)?;
         let entity = &mut self.entities[robot_index];
         let found = entity.check_links(links, "links")?;
         let before = entity.state.groups.clone();
+        let settings = &mut entity.state.contact_settings;
+        settings.stays_awake = stays_awake.unwrap_or(settings.stays_awake);
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
             entity.set_groups(link, properties);

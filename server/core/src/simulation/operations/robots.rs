@@ -129,6 +129,7 @@ impl Simulation {
         entity.state.spawned = std::sync::Arc::new(entity.body.state().clone());
         entity.state.contact_settings = spawn.contact_settings.clone();
         entity.state.contact_settings.self_collision |= spawn.model.setup.self_collision;
+        entity.state.contact_settings.stays_awake |= spawn.model.setup.stays_awake;
         entity.switch_pairs(&described_pairs(&spawn.model), "collision_pairs")?;
         entity.switch_pairs(&spawn.collision_pairs, "collision_pairs")?;
         entity.make_colliders(&spawn.shapes)?;

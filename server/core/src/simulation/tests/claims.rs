@@ -57,7 +57,7 @@ fn changes_of_arm() -> Vec<Command> {
         Command::ResetJoints { robots: vec![RobotReset { robot: robot(), joints: Vec::new() }] },
         Command::ResetJoints { robots: vec![RobotReset { robot: robot(), joints: vec![reset] }] },
         Command::SetJointProperties { robot: robot(), joints: vec![damping] },
-        Command::SetLinkProperties { robot: robot(), links: Vec::new() },
+        Command::SetLinkProperties { robot: robot(), links: Vec::new(), stays_awake: None },
         Command::SetCollisionFilter(CollisionFilterChange { robot: robot(), ..Default::default() }),
         Command::SetCollisionFilter(CollisionFilterChange {
             robot: "other".into(),

@@ -147,6 +147,16 @@ fn bits_and_excludes_say_what_touches() {
 }
 
 #[test]
+fn a_body_that_never_sleeps_stays_awake() {
+    let of = |attribute: &str| {
+        let body = format!("<body name='a' {attribute}><freejoint/><geom size='1'/></body>");
+        robot(&mjcf("", &body)).0.setup.stays_awake
+    };
+    assert!(of("sleep='never'"));
+    assert!(!of("sleep='allowed'") && !of("sleep='init'") && !of(""));
+}
+
+#[test]
 fn meshes_weigh_what_they_enclose_and_stand_where_their_reference_puts_them() {
     let cube = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
     let text = mjcf(

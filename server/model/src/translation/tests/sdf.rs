@@ -42,6 +42,14 @@ fn links_stand_where_their_poses_say_whatever_they_are_relative_to() {
 }
 
 #[test]
+fn a_model_that_is_not_disabled_by_itself_stays_awake() {
+    let of = |says: &str| robot(&sdf(&format!("{says}<link name='a'>{INERTIAL}</link>"))).0.setup.stays_awake;
+    assert!(of("<allow_auto_disable>false</allow_auto_disable>"));
+    assert!(of("<allow_auto_disable>0</allow_auto_disable>"));
+    assert!(!of("<allow_auto_disable>true</allow_auto_disable>") && !of(""));
+}
+
+#[test]
 fn a_joint_apart_from_its_child_leaves_the_childs_frame_where_it_is() {
     let text = sdf(&format!(
         "<link name='a'>{INERTIAL}</link><link name='b'><pose>1 0 0 0 0 0</pose>{INERTIAL}</link>\
