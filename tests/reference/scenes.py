@@ -128,6 +128,8 @@ class Scene:
     watch: list = field(default_factory=list)
     """Robot and link whose normal forces are summed; all links where it is empty."""
     constraints: list = field(default_factory=list)
+    gravity: float = 9.81
+    """Downwards, m/s^2."""
 
     def request(self):
         """As simd reads it."""

@@ -38,6 +38,7 @@ class View:
 def model(scene, setting):
     spec = mujoco.MjSpec()
     spec.option.timestep = scene.time_step
+    spec.option.gravity = [0.0, 0.0, -scene.gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.compiler.fusestatic = True
     if setting == STIFF:

@@ -28,7 +28,7 @@ class World:
     def __init__(self, scene):
         self.scene = scene
         self.client = p.connect(p.DIRECT)
-        p.setGravity(0, 0, -9.81)
+        p.setGravity(0, 0, -scene.gravity)
         p.setTimeStep(scene.time_step)
         p.setPhysicsEngineParameter(restitutionVelocityThreshold=0.0, deterministicOverlappingPairs=1)
         self.owners, self.free, self.joints, self.motors = {}, [], [], []

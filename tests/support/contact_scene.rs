@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glamx::{DPose3, DQuat};
+use glamx::{DPose3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::SolverChoice;
@@ -37,6 +37,13 @@ pub struct Scene {
     pub time_step: f64,
     /// Robot and link whose normal forces are summed; all links if the name is empty.
     pub(crate) watch: Vec<[String; 2]>,
+    /// Downwards, m/s^2.
+    #[serde(default = "earth")]
+    pub(crate) gravity: f64,
+}
+
+fn earth() -> f64 {
+    9.81
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -151,6 +158,8 @@ impl<'a> Run<'a> {
     /// Panics if the world refuses the scene: then the test has failed.
     pub fn new(scene: &'a Scene) -> Self {
         let mut world = scenes::world(scene.time_step);
+        let gravity = Some(DVec3::Z * -scene.gravity);
+        scenes::apply(&mut world, Command::SetPhysics(PhysicsChange { gravity, ..PhysicsChange::default() }));
         scene.things.iter().for_each(|thing| thing.put_into(&mut world));
         scene.robots.iter().for_each(|robot| robot.put_into(&mut world));
         scene.constraints.iter().for_each(|constraint| constraint.put_into(&mut world));

@@ -16,7 +16,6 @@ use rapier3d_f64::dynamics::{
 use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, SharedShape, TriMeshFlags};
 use rapier3d_f64::parry::query::contact;
 use rapier3d_f64::pipeline::PhysicsWorld;
-use simd_core::PhysicsSettings;
 use simd_core::collision::{ColliderGeometry, MeshShapes, Shapes};
 use simd_core::dynamics::Tree;
 use simd_core::dynamics::inertia::Rigid;
@@ -71,7 +70,7 @@ impl<'a> InRapier<'a> {
             return None;
         }
         let mut world = PhysicsWorld::new();
-        world.gravity = PhysicsSettings::default().gravity;
+        world.gravity = DVec3::Z * -scene.gravity;
         world.integration_parameters.dt = scene.time_step;
         let mut new = Self { scene, world, placed: Vec::new(), owners: BTreeMap::new() };
         for thing in &scene.things {

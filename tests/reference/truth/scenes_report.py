@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Scenes with contact, simd beside rapier, MuJoCo and PyBullet: started by `make scenes`.
 
-Runs the scenes of tests/reference/scenes.py, terrain_scenes.py, solver_scenes.py and constraint_scenes.py, and writes a picture of each and a
+Runs the scenes of tests/reference/scenes.py, terrain_scenes.py, solver_scenes.py, constraint_scenes.py and motion_scenes.py, and writes a picture of each and a
 table, scenes.md, into target/scenes; there also what feet carry in those of resting_scenes.py.
 """
 

@@ -8,6 +8,7 @@ import matplotlib
 matplotlib.use("Agg")
 import constraint_scenes
 import matplotlib.pyplot as plt
+import motion_scenes
 import numpy as np
 import scene_plots
 import scenes_in_mujoco
@@ -35,6 +36,7 @@ PARTS = [
     ("Terrain", terrain_scenes.shown,
      "Meshes that do not move are triangles, height fields are ground. `simd, leapfrog` is the same with the other integrator."),
     ("Held together", constraint_scenes.shown, "Constraints between links: MuJoCo's equalities and tendons, PyBullet's `createConstraint`. rapier is not given them. `simd, leapfrog` is the same with the other integrator."),
+    ("Motion that is known", motion_scenes.shown, "Seams, held points, slow motion, momentum and wheels. `simd, leapfrog` is the same with the other integrator."),
     ("Hard on a solver", solver_scenes.shown, "`simd, leapfrog` is the same with the other integrator."),
 ]
 
