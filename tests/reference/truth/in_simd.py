@@ -54,6 +54,9 @@ WIDE = {
     "FLOATING_TREES": ("the_centre_of_mass_of_a_floating_robot", 3_000),
     "HULL_HEAPS": ("heaps_of_a_hundred_hulls", 20),
     "TOWERS": ("random_towers", 300),
+    "HELD_BODIES": ("what_friction_can_hold_stays_on_a_table", 120),
+    "WHEELS": ("a_wheel_keeps_its_speed_and_its_line", 30),
+    "MESH_PAIRS": ("links_push_each_other_where_their_meshes_meet", 400),
     "SPINNING_BODIES": ("free_bodies_keep_energy", 2000),
 }
 """The variable that says how many seeds a property test has, the test, and ten times as many as it has in the suite."""
