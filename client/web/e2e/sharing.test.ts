@@ -30,6 +30,26 @@ test("a daemon that was killed and started again is found again, with the robots
   await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(2);
 });
 
+test("after a restart of the daemon the robots that the page has brought in are loaded again by a button", async () => {
+  const first = await use.daemon(Daemon.start(["--gravity", "0,0,0"]));
+  const tab = await Tab.open(await use.context(), first.url);
+  await tab.page.getByTestId("add-demo-arm").click();
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(5);
+  await tab.page.getByTestId("folder-input").first().setInputFiles(resolve(REPOSITORY, "tests/assets/Two Link.v2"));
+  await tab.page.getByTestId("load-now").click();
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(2);
+  await first.kill();
+  await tab.page.getByTestId("banner").waitFor();
+  const second = await use.daemon(Daemon.start(["--gravity", "0,0,0"], new URL(first.url).host));
+  await expect.poll(() => tab.page.getByTestId("restart-note").textContent()).toMatch(/^The daemon restarted at \d\d:\d\d\. Load the last robots again\?Load 2 robots$/);
+  expect(await tab.violations()).toEqual([]);
+  await tab.picture("restarted");
+  await tab.page.getByTestId("load-again").click();
+  await tab.page.getByTestId("restart-note").waitFor({ state: "detached" });
+  await expect.poll(async () => (await second.entities.listEntities({})).entities.map(({ name }) => name)).toEqual(["demo_arm", "two_link"]);
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(2);
+});
+
 test("seven tabs of one browser are all live, playing and paused", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const context = await use.context();

@@ -10,6 +10,7 @@ import { toast } from "../state/toasts";
 import { changed } from "../state/undo";
 import type { Spring } from "../scene/spring";
 import { frame, simulation, type Axis, type Mode } from "../state/world";
+import { remember } from "./again";
 import { bringIn, noteSpawn } from "./building";
 import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
@@ -100,7 +101,10 @@ export async function loadFiles(files: DroppedFile[], chosen: readonly Chosen[],
   const done = await attempt(async () => {
     // Most visits load nothing.
     const { loadDropped } = await import("../load/load");
-    await loadDropped(services().entities, files, chosen, options, (spawned, request, isLifted) => noteSpawn(spawned, request, "adding", isLifted));
+    await loadDropped(services().entities, files, chosen, options, (spawned, request, isLifted, choice) => {
+      noteSpawn(spawned, request, "adding", isLifted);
+      remember(spawned.name, () => loadFiles(files, [choice], options));
+    });
   });
   daemonConnection().pollAllNow();
   return done;

@@ -8,6 +8,7 @@ import { changed, type Change } from "../state/undo";
 import { selectedRobot } from "../state/view";
 import { frame, robots, type JointValues, type Robot } from "../state/world";
 import { shownRobot } from "../panels/shown-robot";
+import { remember } from "./again";
 import { messageOf, worded } from "./error-message";
 import { daemonConnection } from "./page";
 import { services } from "./services";
@@ -29,6 +30,7 @@ export function bringIn(request: Spawn, what = "adding"): Promise<string | undef
   return attempt(async () => {
     const spawned = await spawn(request);
     noteSpawn(spawned, request, what);
+    remember(spawned.name, () => bringIn({ ...request, name: spawned.name, allowRenaming: true }, what));
     // Scenery does not take the place of an arm that is being moved.
     const chosen = shownRobot.peek();
     const isScenery = request.source?.source?.case === "primitive";

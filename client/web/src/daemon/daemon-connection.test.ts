@@ -8,9 +8,11 @@ import { EventService } from "../gen/simd/v1/event_pb";
 import { JointService, NextJointStatesResponseSchema, type NextJointStatesRequest } from "../gen/simd/v1/joint_pb";
 import { ParameterService } from "../gen/simd/v1/parameter_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
+import { restarted } from "../state/restart";
 import { scenes } from "../state/scene";
 import { contacts } from "../state/view";
 import { connection, daemonName, frame, robots, simulation } from "../state/world";
+import { loadAgain, remember } from "./again";
 import { DaemonConnection } from "./daemon-connection";
 import { servicesOver } from "./services";
 
@@ -18,6 +20,8 @@ import { servicesOver } from "./services";
 class World {
   alive = true;
   sequence = 1n;
+  /** How many events there were. */
+  events = 5n;
   /** Layout versions by name. */
   robots = new Map([["arm", 1n]]);
   /** While playing, each state is a new one. */
@@ -63,7 +67,7 @@ class World {
         },
       });
       service(ParameterService, { nextParameters: () => (this.heard("parameters"), { list: { version: 1n } }) });
-      service(EventService, { nextEvents: () => (this.heard("events"), {}) });
+      service(EventService, { nextEvents: () => (this.heard("events"), { lastSequence: this.events }) });
       service(ClientService, { listClients: () => (this.heard("clients"), {}) });
     }),
   );
@@ -95,6 +99,37 @@ test("a daemon that answers is live, with its robots and their state", async () 
   expect(robots.value.map((robot) => robot.name)).toEqual(["arm"]);
   expect([...scenes.value.keys()]).toEqual(["arm"]);
   expect([...(frame.value?.joints.keys() ?? [])]).toEqual(["arm"]);
+});
+
+test("robots of this page that a restart of the daemon ended are offered again, and none after a lost connection", async () => {
+  const again: string[] = [];
+  for (const name of ["arm", "crate"]) remember(name, async () => again.push(name));
+  world.robots.set("crate", 2n).set("of another client", 3n);
+  daemonConnection.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  const lose = async (): Promise<void> => {
+    world.alive = false;
+    await vi.advanceTimersByTimeAsync(1000);
+    expect(connection.value.state).toBe("lost");
+    world.alive = true;
+  };
+  await lose();
+  // Another client has taken it out meanwhile.
+  world.robots.delete("crate");
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect(connection.value.state).toBe("live");
+  expect(restarted.value).toBeNull();
+  world.robots.set("crate", 4n);
+  await vi.advanceTimersByTimeAsync(2000);
+  await lose();
+  world.events = 1n;
+  world.robots = new Map([["crate", 1n]]);
+  await vi.advanceTimersByTimeAsync(10_000);
+  // What the daemon has itself is not offered, nor what this page has not brought in.
+  expect(restarted.value?.robots).toEqual(["arm"]);
+  await loadAgain();
+  expect(again).toEqual(["arm"]);
+  expect(restarted.value).toBeNull();
 });
 
 test("a playing world is polled at most sixty times a second", async () => {

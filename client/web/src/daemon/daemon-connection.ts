@@ -3,7 +3,8 @@ import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
 import { contactsWanted } from "../state/view";
 import { isStill } from "../state/stillness";
-import { connection, daemonName, frame, isRole, limits, role, tokenName, type Frame } from "../state/world";
+import { connection, daemonName, frame, isRole, limits, robots, role, tokenName, type Frame } from "../state/world";
+import { offerAgain } from "./again";
 import { retryDelay } from "./backoff";
 import { PollLoop } from "./poll-loop";
 import { frameOf, layoutsOf, limitsOf } from "./mapping";
@@ -46,6 +47,10 @@ export class DaemonConnection {
   private reference: Frame | null = null;
   private failures = 0;
   private due = 0;
+  /** Robots of the daemon that was lost, until one is found. */
+  private before: string[] | null = null;
+  /** The daemon that is found is another one. */
+  private isAnother = false;
 
   constructor(private readonly services: Services) {
     this.registry = new RobotRegistry(services, () => this.refresh());
@@ -112,11 +117,21 @@ export class DaemonConnection {
     return this.rests() ? IDLE_INTERVAL : Math.max(0, this.due - performance.now());
   }
 
-  private async connect(): Promise<void> {
+  private async connect(isAnother = false): Promise<void> {
     const fetchInfo = () => this.services.simulation.getSimulatorInfo({}, { timeoutMs: TIMEOUT });
     // One call is enough to detect that a lost daemon is still lost.
     if (connection.value.state === "lost") await fetchInfo();
-    const [info] = await Promise.all([fetchInfo(), this.registry.load(), this.poller.begin()]);
+    // Kept while attempts fail, some of which hear of the restart.
+    this.before ??= names();
+    this.isAnother ||= isAnother;
+    const begin = async (): Promise<void> => {
+      const beganAnew = await this.poller.begin();
+      this.isAnother ||= beganAnew;
+    };
+    const [info] = await Promise.all([fetchInfo(), this.registry.load(), begin()]);
+    if (this.isAnother) offerAgain(this.before, names());
+    this.before = null;
+    this.isAnother = false;
     this.sequence = 0n;
     this.newest = null;
     this.forceNew = true;
@@ -151,7 +166,7 @@ export class DaemonConnection {
     const sequence = response.states?.stamp?.sequence ?? 0n;
     if (sequence < this.sequence) {
       // A state older than the last one is from another daemon, which was started between two calls.
-      await this.connect();
+      await this.connect(true);
       return;
     }
     void this.registry.update(layoutsOf(response));
@@ -190,4 +205,8 @@ export class DaemonConnection {
     connection.value = { state: "lost", reason: messageOf(error), retryAt: performance.now() + delay, needsToken };
     return delay;
   }
+}
+
+function names(): string[] {
+  return robots.peek().map(({ name }) => name);
 }

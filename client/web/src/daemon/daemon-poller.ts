@@ -44,12 +44,13 @@ export class DaemonPoller {
     refreshClientsBy(() => this.fetchClients());
   }
 
-  /** Forgets the state of the daemon before, and fetches what is later fetched only after an event. */
-  async begin(): Promise<void> {
+  /** Forgets the state of the daemon before, and fetches what is later fetched only after an event. Resolves to whether its events began anew. */
+  async begin(): Promise<boolean> {
     this.clientsAt = -Infinity;
     this.parametersVersion = 0n;
     this.lag = new LagDetector();
     const [events] = await Promise.all([this.services.events.nextEvents({ afterSequence: ALL_EVENTS }, CALL), this.fetchPhysics()]);
+    const isAnother = events.lastSequence < this.lastEvent;
     this.lastEvent = events.lastSequence;
     happenings.value = [];
     tell(events.events);
@@ -57,6 +58,7 @@ export class DaemonPoller {
     await this.fetchRecordings().catch(() => undefined);
     await this.fetchConstraints().catch(() => undefined);
     await this.fetchSensors().catch(() => undefined);
+    return isAnother;
   }
 
   /** Returns the milliseconds until the next poll. */

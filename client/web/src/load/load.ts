@@ -56,8 +56,10 @@ const SHAPES: Record<LoadOptions["meshes"], MeshShapes> = { mesh: MeshShapes.MES
 type Entities = Services["entities"];
 type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 type Source = MessageInitShape<typeof DescriptionSourceSchema>;
-/** Is called with each robot that is loaded, what was asked for, and whether the page lifts it onto the ground. */
-type OnLoaded = (entity: EntityInfo, request: Spawn, isLifted: boolean) => void;
+/** Is called with each robot that is loaded, what was asked for, whether the page lifts it onto the ground, and the file that was chosen. */
+type OnLoaded = (entity: EntityInfo, request: Spawn, isLifted: boolean, choice: Chosen) => void;
+/** The same of one file. */
+type OnLoadedOne = (entity: EntityInfo, request: Spawn, isLifted: boolean) => void;
 
 /** Loads descriptions that are among the files, one after the other. Rejects with the error of the daemon, or with one of its own. */
 export async function loadDropped(entities: Entities, dropped: DroppedFile[], chosen: readonly Chosen[], options = DEFAULT_OPTIONS, loaded: OnLoaded = () => undefined): Promise<void> {
@@ -67,7 +69,7 @@ export async function loadDropped(entities: Entities, dropped: DroppedFile[], ch
     const tree = new Tree(files.keys(), await manifestsOf(files));
     let next = options;
     for (const choice of chosen) {
-      await load(entities, files, tree, await descriptionOf(entities, files, choice), next, loaded);
+      await load(entities, files, tree, await descriptionOf(entities, files, choice), next, (...of) => loaded(...of, choice));
       // Those that come with it stand beside it.
       const { y, ...rest } = next.position ?? {};
       if (y !== undefined) next = { ...options, position: rest };
@@ -100,7 +102,7 @@ interface Description {
   bytes: Uint8Array<ArrayBuffer>;
 }
 
-async function load(entities: Entities, files: Map<string, File>, tree: Tree, { urdf, bytes }: Description, options: LoadOptions, loaded: OnLoaded): Promise<void> {
+async function load(entities: Entities, files: Map<string, File>, tree: Tree, { urdf, bytes }: Description, options: LoadOptions, loaded: OnLoadedOne): Promise<void> {
   loading.value = { what: nameOf(urdf), phase: "reading", done: 0, total: 0, item: "" };
   let prepared = await entities.prepareDescription({ urdf: bytes });
   const locator = new Locator(tree, urdf);

@@ -36,6 +36,7 @@ import { LoadProgress } from "./LoadProgress";
 import { LogIn } from "./LogIn";
 import { PanelEdge } from "./PanelEdge";
 import { ReportSheet } from "./ReportSheet";
+import { RestartNote } from "./RestartNote";
 import { helpOpen, listen } from "./shortcuts";
 import { Toasts } from "./Toasts";
 import { TopBar } from "./TopBar";
@@ -70,6 +71,7 @@ export function App(): JSX.Element {
         <LoadProgress />
         {empty && <EmptyWorld />}
         <InputNote />
+        <RestartNote />
         {placing.value && <PlaceCard />}
         {film.value && <FilmNote />}
         <div class="view-foot">
