@@ -1,8 +1,9 @@
 // The drawings of all robots, kept up to date with the scenes.
-import { Box3, Group, Sphere, Vector3 } from "three";
+import { Box3, Group, type Matrix4, Sphere, Vector3 } from "three";
 import type { Rgba, RobotColors } from "../state/markers";
 import type { RobotScene } from "../state/scene";
 import type { LinkName } from "../state/view";
+import { radiusOf } from "./extent";
 import { MeshCache } from "./mesh-cache";
 import type { PoseInterpolator } from "./pose-interpolator";
 import { Materials } from "./materials";
@@ -21,6 +22,7 @@ export class RobotViews {
   readonly meshes = new MeshCache();
   private readonly views = new Map<string, RobotView>();
   private readonly poses = new Map<string, Float64Array>();
+  private radii = new WeakMap<RobotView, number>();
   private hidden: ReadonlySet<string> = new Set();
   private shown: Shown = { visuals: true, collisions: false, frames: false };
 
@@ -42,6 +44,25 @@ export class RobotViews {
 
   get(name: string): RobotView | undefined {
     return this.views.get(name);
+  }
+
+  /** world_from_link of a link as it is drawn, or of the root if the name is empty. */
+  readonly worldFromLink = (robot: string, link: string): Matrix4 | undefined => {
+    const view = this.views.get(robot);
+    const index = link === "" ? 0 : (view?.scene.links.findIndex(({ name }) => name === link) ?? -1);
+    return view?.scene.links[index] && view.worldFromLink(index);
+  };
+
+  /** The radius of a robot in metres as it was first measured: marks keep their size while it moves. */
+  readonly radiusOf = (view: RobotView): number => {
+    const radius = this.radii.get(view) ?? radiusOf(view.bounds());
+    this.radii.set(view, radius);
+    return radius;
+  };
+
+  /** Measures radii anew: the content has changed. */
+  forgetRadii(): void {
+    this.radii = new WeakMap();
   }
 
   /** Whether no mesh and no picture is being loaded. */

@@ -1,6 +1,6 @@
 // Draws the scene, and only when something in it has changed.
 import { effect } from "@preact/signals";
-import { Box3, Color, Fog, Matrix4, PCFShadowMap, Scene, Sphere, Vector2, WebGLRenderer } from "three";
+import { Box3, Color, Fog, PCFShadowMap, Scene, Sphere, Vector2, WebGLRenderer } from "three";
 import { shownRobot } from "../panels/shown-robot";
 import { cameraTarget, type CameraTarget } from "../state/camera";
 import { constraints, hoveredConstraint } from "../state/constraints";
@@ -23,7 +23,7 @@ import { ContactScale } from "./contact-scale";
 import { ContactMarks } from "./contacts";
 import { DrawnMarkers } from "./drawn-markers";
 import { drawingContext } from "./drawing-context";
-import { radiusOf, weightOf } from "./extent";
+import { weightOf } from "./extent";
 import { Extras } from "./extras";
 import { Follower } from "./follower";
 import { GhostViews } from "./ghosts";
@@ -37,7 +37,6 @@ import { Light } from "./light";
 import { PoseInterpolator } from "./pose-interpolator";
 import { PALETTES } from "./palette";
 import { pictureOf } from "./picture";
-import type { RobotView } from "./robot-view";
 import { RobotViews } from "./robot-views";
 import type { SideViews } from "./side-views";
 import { StructureMarks } from "./structure-marks";
@@ -83,7 +82,6 @@ export class Stage {
   private isCoarse = false;
   private resting: ReturnType<typeof setTimeout> | undefined;
   private covered = 0;
-  private sizes = new WeakMap<RobotView, number>();
   /** A robot or a mesh was added since the camera was last fitted. */
   private unfitted = false;
   /** What the user asked to fit while its meshes were loading; the user had moved the camera this many times then. */
@@ -330,7 +328,7 @@ export class Stage {
   private fitContent(now: number): void {
     this.unfitted = false;
     this.covered = 0;
-    this.sizes = new WeakMap();
+    this.robots.forgetRadii();
     this.robots.show({ visuals: visuals.peek(), collisions: collisions.peek(), frames: frames.peek() });
     const isGroundFound = this.robots.findGround();
     const isComplete = this.robots.meshes.isComplete();
@@ -363,9 +361,9 @@ export class Stage {
     if (constraints.peek().length > 0 || this.constraints.anchors.size > 0) {
       this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), weightOf(this.robots));
     }
-    this.markers.pose(this.linkOf);
+    this.markers.pose(this.robots.worldFromLink);
     this.extras.update();
-    this.structure.set(this.robots.all(), this.sizeOf, { axes: jointAxes.peek(), masses: centresOfMass.peek(), inertias: inertias.peek() });
+    this.structure.set(this.robots.all(), this.robots.radiusOf, { axes: jointAxes.peek(), masses: centresOfMass.peek(), inertias: inertias.peek() });
     const { target } = this.camera.controls;
     const distance = this.camera.distance();
     this.grid.follow(target.x, target.y, distance);
@@ -382,26 +380,11 @@ export class Stage {
     reportCamera(this.camera, this.renderer.getSize(new Vector2()), this.followed);
   }
 
-  /** world_from_link of a link, as it is drawn. */
-  private readonly linkOf = (robot: string, link: string): Matrix4 | undefined => {
-    const view = this.robots.get(robot);
-    const index = link === "" ? 0 : (view?.scene.links.findIndex(({ name }) => name === link) ?? -1);
-    return view?.scene.links[index] && view.worldFromLink(index);
-  };
-
-  /** The radius of a robot in metres, as it was when it was last measured: marks do not change their size as it moves. */
-  private readonly sizeOf = (view: RobotView): number => {
-    const size = this.sizes.get(view) ?? radiusOf(view.bounds());
-    this.sizes.set(view, size);
-    return size;
-  };
-
   /** world_from_link of the end of a constraint, as it is drawn. */
   private readonly frameOf: Finder = ({ robot, link, joint }) => {
-    const view = this.robots.get(robot);
     const moved = robots.peek().find(({ name }) => name === robot)?.axes.find((axis) => axis.joint === joint)?.childLink;
-    const index = view?.scene.links.findIndex(({ name }) => name === (joint === "" ? link : moved)) ?? -1;
-    return view && index >= 0 ? view.worldFromLink(index) : undefined;
+    const named = joint === "" ? link : moved;
+    return named ? this.robots.worldFromLink(robot, named) : undefined;
   };
 
   private updateDrawn(now: number): void {
