@@ -1,5 +1,5 @@
 // The menu of the camera: sides to look from, projection, following, quality, and pictures.
-import type { JSX } from "preact";
+import type { ComponentChildren, JSX } from "preact";
 import { followed, moveCamera, orthographic, quality, sideViews, type Quality, type Viewpoint } from "../state/view";
 import { Icon } from "./icons";
 import { copy } from "../state/clipboard";
@@ -45,59 +45,34 @@ export function ViewMenu(): JSX.Element {
         <div class="view-menu">
           <div class="view-sides" role="group" aria-label="Look from">
             {SIDES.map(({ viewpoint, label, keys }) => (
-              <button
-                key={viewpoint}
-                type="button"
-                class="button"
-                data-testid={`view-${viewpoint}`}
-                title={`Look from the ${viewpoint}${keys === "" ? "" : ` (${keys})`}`}
-                onClick={() => moveCamera({ kind: "from", viewpoint })}
-              >
+              <Item key={viewpoint} testId={`view-${viewpoint}`} title={`Look from the ${viewpoint}${keys === "" ? "" : ` (${keys})`}`} act={() => moveCamera({ kind: "from", viewpoint })}>
                 {label}
-              </button>
+              </Item>
             ))}
           </div>
-          <button type="button" class="button" data-testid="orthographic" aria-pressed={orthographic.value} title="Parallel lines stay parallel (O)" onClick={() => (orthographic.value = !orthographic.value)}>
+          <Item testId="orthographic" title="Parallel lines stay parallel (O)" isOn={orthographic.value} act={() => (orthographic.value = !orthographic.value)}>
             Orthographic
-          </button>
-          <button type="button" class="button" data-testid="side-views" aria-pressed={sideViews.value} title="Small views from the front, the left and above (W)" onClick={() => (sideViews.value = !sideViews.value)}>
+          </Item>
+          <Item testId="side-views" title="Small views from the front, the left and above (W)" isOn={sideViews.value} act={() => (sideViews.value = !sideViews.value)}>
             Side views
-          </button>
+          </Item>
           <Follow />
           <p class="view-heading" id="view-quality">
             Quality
           </p>
           <div class="view-sides" role="group" aria-labelledby="view-quality">
             {QUALITIES.map(({ value, label, what }) => (
-              <button key={value} type="button" class="button" data-testid={`quality-${value}`} aria-pressed={quality.value === value} title={what} onClick={() => (quality.value = value)}>
+              <Item key={value} testId={`quality-${value}`} title={what} isOn={quality.value === value} act={() => (quality.value = value)}>
                 {label}
-              </button>
+              </Item>
             ))}
           </div>
-          <button
-            type="button"
-            class="button"
-            data-testid="copy-link"
-            title="A link to this page with its camera, robot, layers and plots"
-            onClick={() => {
-              close();
-              void copyLink();
-            }}
-          >
+          <Item testId="copy-link" title="A link to this page with its camera, robot, layers and plots" act={() => (close(), void copyLink())}>
             <Icon name="copy" /> Copy link
-          </button>
-          <button
-            type="button"
-            class="button"
-            data-testid="picture"
-            title="Save what is shown as a PNG (S)"
-            onClick={() => {
-              close();
-              pictureOpen.value = true;
-            }}
-          >
+          </Item>
+          <Item testId="picture" title="Save what is shown as a PNG (S)" act={() => (close(), (pictureOpen.value = true))}>
             <Icon name="download" /> Picture …
-          </button>
+          </Item>
         </div>
       )}
     </Popover>
@@ -113,8 +88,17 @@ function Follow(): JSX.Element | null {
   const name = followed.value || shownRobot.value?.name;
   if (name === undefined) return null;
   return (
-    <button type="button" class="button" data-testid="follow" aria-pressed={followed.value !== ""} title="The camera goes along with the root of the robot (T)" onClick={toggleFollowing}>
+    <Item testId="follow" title="The camera goes along with the root of the robot (T)" isOn={followed.value !== ""} act={toggleFollowing}>
       Follow {name}
+    </Item>
+  );
+}
+
+/** A button of the menu; one that can be on says whether it is. */
+function Item({ testId, title, isOn, act, children }: { testId: string; title: string; isOn?: boolean; act: () => void; children: ComponentChildren }): JSX.Element {
+  return (
+    <button type="button" class="button" data-testid={testId} title={title} aria-pressed={isOn} onClick={act}>
+      {children}
     </button>
   );
 }
