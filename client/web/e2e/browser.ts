@@ -2,7 +2,7 @@
 
 import { randomUUID } from "node:crypto";
 import { existsSync } from "node:fs";
-import { mkdir, readFile } from "node:fs/promises";
+import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
 
@@ -23,6 +23,9 @@ export async function connect(): Promise<Browser> {
   // One that ended is started again, which takes a moment.
   return vi.waitFor(() => chromium.connect(inject("browser")), { timeout: TIMEOUT, interval: 200 });
 }
+
+/** What WebGL says of a browser that draws the page without it, and so reads the picture back. */
+const READS_BACK = /GL Driver Message .*GPU stall due to ReadPixels/;
 
 const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
 
@@ -47,7 +50,8 @@ export class Tab {
     page.setDefaultTimeout(TIMEOUT);
     page.on("request", (request) => this.requests.push(new URL(request.url())));
     page.on("console", (message) => {
-      if (message.type() === "error" || message.type() === "warning") this.consoleMessages.push(message.text());
+      const isOurs = !READS_BACK.test(message.text());
+      if (isOurs && (message.type() === "error" || message.type() === "warning")) this.consoleMessages.push(message.text());
     });
     page.on("pageerror", (error) => this.consoleMessages.push(String(error)));
   }
@@ -98,7 +102,7 @@ export class Tab {
 
   /** The bounding box and the number of pixels of a range of hues, in degrees from red to yellow, within an area. */
   async seen(area: Bounds, from: number, to: number): Promise<{ box: Bounds; pixels: number }> {
-    const png = (await this.page.screenshot()).toString("base64");
+    const png = (await this.screenshot()).toString("base64");
     return this.page.evaluate(
       async ({ png, area, from, to }) => {
         const bytes = Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0));
@@ -139,10 +143,16 @@ export class Tab {
     }, rules);
   }
 
+  /** A PNG of the page, with all that it has drawn: the browser shows a drawing one or two frames later. */
+  async screenshot(): Promise<Buffer> {
+    await this.page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+    return this.page.screenshot();
+  }
+
   /** Saves a screenshot. */
   async picture(name: string): Promise<void> {
     await mkdir(PICTURES, { recursive: true });
-    await this.page.screenshot({ path: resolve(PICTURES, `${name}.png`) });
+    await writeFile(resolve(PICTURES, `${name}.png`), await this.screenshot());
   }
 }
 
