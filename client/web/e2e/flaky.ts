@@ -1,4 +1,4 @@
-// Names the tests that failed and passed when they ran once more, at the end of the run and in the notes of `make test`.
+// Names the tests that failed and passed when they ran once more, with the failure, at the end of the run and in the notes of `make test`.
 
 import { appendFileSync } from "node:fs";
 
@@ -9,7 +9,11 @@ export class Flaky implements Reporter {
   private readonly names: string[] = [];
 
   onTestCaseResult(test: TestCase): void {
-    if (test.diagnostic()?.flaky === true) this.names.push(`${test.module.moduleId.split("/").at(-1)}: ${test.fullName}`);
+    if (test.diagnostic()?.flaky !== true) return;
+    const file = test.module.moduleId.split("/").at(-1);
+    const [error] = test.result().errors ?? [];
+    const line = error?.stacks?.find(({ file: at }) => at.endsWith(`/${file}`))?.line;
+    this.names.push(`${file}: ${test.fullName}\n    ${line === undefined ? "" : `line ${line}: `}${error?.message.split("\n", 1)[0] ?? "without an error"}`);
   }
 
   onTestRunEnd(): void {

@@ -9,6 +9,8 @@ export default defineConfig({
   test: {
     include: ["*.test.ts"],
     globalSetup: "./setup.ts",
+    // One process for all files: modules are loaded once.
+    isolate: false,
     maxWorkers: Number(process.env["E2E_FILES"] ?? 1),
     // A test that fails runs once more; one that passes then is named at the end.
     retry: 1,
