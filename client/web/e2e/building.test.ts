@@ -369,13 +369,3 @@ test("saved states are made, put back, saved as a file, deleted, and taken from 
   await tab.page.getByTestId("ask-surely").click();
   await expect.poll(x).toBe(0);
 });
-
-test("the menu is on a phone too", async () => {
-  const daemon = await paused();
-  await redBox(daemon, "crate");
-  const tab = await Tab.open(await use.context({ viewport: { width: 390, height: 844 }, colorScheme: "dark" }), daemon.url);
-  await tab.page.getByTestId("build").click();
-  await tab.page.getByTestId("build-menu").waitFor();
-  expect(await tab.violations()).toEqual([]);
-  await tab.picture("build-phone");
-});

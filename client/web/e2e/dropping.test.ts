@@ -133,9 +133,8 @@ test("of many descriptions those are chosen that are wanted, and they stand side
 test("a description of 50 MB and a mesh beyond the limit are refused before they are sent", async () => {
   const calls = (): number => tab.requests.filter(({ pathname }) => /PrepareDescription|UploadAsset|ExpandXacro/.test(pathname)).length;
   const { limits } = await daemon.simulation.getSimulatorInfo({});
-  const input = tab.page.getByTestId("file-input").first();
   const big = `<robot name="big"><link name="a"/>${" ".repeat(50e6)}</robot>`;
-  await input.setInputFiles(await write("big.urdf", big));
+  await drop(await write("big.urdf", big));
   await tab.page.getByTestId("load-now").click();
   await expect.poll(toasts).toContain(`big.urdf: the size of the description in bytes would be ${big.length}, and the limit is ${limits?.maxDescriptionBytes}.`);
   expect(calls()).toBe(0);
@@ -143,7 +142,7 @@ test("a description of 50 MB and a mesh beyond the limit are refused before they
   await write("far/a.urdf", meshed("far", "b.stl"));
   const length = Number(limits?.maxAssetBytes) + 1;
   await write("far/b.stl", Buffer.alloc(length));
-  await tab.page.getByTestId("folder-input").first().setInputFiles(resolve(folder, "far"));
+  await drop(resolve(folder, "far"));
   await tab.page.getByTestId("load-now").click();
   await expect.poll(toasts).toContain(`b.stl: the size of the file in bytes would be ${length}, and the limit is ${limits?.maxAssetBytes}.`);
   // It asked which files the description names, and sent none.

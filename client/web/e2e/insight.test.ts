@@ -128,7 +128,7 @@ test("text is larger in wide windows, and as the user chooses", async () => {
   const size = (tab: Tab) => tab.page.locator(".about").first().evaluate((element) => parseFloat(getComputedStyle(element).fontSize));
   const usual = await Tab.open(await use.context(), daemon.url);
   const small = await size(usual);
-  const wide = await Tab.open(await use.context({ viewport: { width: 3840, height: 700 } }), daemon.url);
+  const wide = await Tab.open(await use.context({ viewport: { width: 3840, height: 400 } }), daemon.url);
   expect(await size(wide)).toBeCloseTo(1.5 * small, 1);
   await wide.picture("wide-window");
   await usual.page.getByTestId("text-size").click();

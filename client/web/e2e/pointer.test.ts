@@ -1,4 +1,4 @@
-// Pulling on links, loading folders, and the layout on a phone.
+// Pulling on links, and loading folders.
 
 import { resolve } from "node:path";
 
@@ -79,15 +79,4 @@ test("a folder that is chosen becomes a robot, with its report", async () => {
   await tab.page.getByTestId("report").first().click();
   await expect.poll(() => tab.page.getByTestId("report-sheet").textContent()).toContain("axis");
   await tab.picture("report");
-});
-
-test("a phone has the same, one thing below the other", async () => {
-  const daemon = await use.daemon(Daemon.start(["--config", "tests/assets/demo.toml"]));
-  const context = await use.context({ viewport: { width: 390, height: 844 }, hasTouch: true, colorScheme: "dark" });
-  const tab = await Tab.open(context, daemon.url);
-  if (!(await tab.page.getByTestId("slider").first().isVisible())) await tab.page.getByTestId("panel-toggle").tap();
-  await tab.page.getByTestId("slider").first().waitFor({ state: "visible" });
-  const overflow = await tab.page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
-  expect(overflow).toBeLessThanOrEqual(0);
-  await tab.picture("phone");
 });

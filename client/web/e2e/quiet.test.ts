@@ -30,7 +30,7 @@ test("a world that plays and in which nothing moves is not drawn again, and aske
   };
   await expect.poll(rests).toBe(true);
   const before = await counts(tab, session);
-  await daemon.pass(4);
+  await daemon.pass(2);
   const after = await counts(tab, session);
   const seconds = after.at - before.at;
   const share = (after.busy - before.busy) / seconds;

@@ -230,15 +230,6 @@ test("a file is played from this machine; what is no recording is refused with a
   close((await shown(tab, 0)).pose, at(seen, state.simTime).pose);
 });
 
-test("a phone plays recordings too", async () => {
-  const tab = await Tab.open(await use.context({ viewport: { width: 390, height: 844 }, hasTouch: true, colorScheme: "dark" }), daemon.url);
-  await record(tab, 20);
-  await play(tab);
-  await tab.picture("playback-phone");
-  expect(await tab.page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth)).toBeLessThanOrEqual(0);
-  expect(await tab.violations()).toEqual([]);
-});
-
 test("a daemon without a folder for them says so", async () => {
   const other = await use.daemon(Daemon.demo());
   const tab = await Tab.open(await use.context(), other.url);

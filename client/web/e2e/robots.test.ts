@@ -45,13 +45,6 @@ async function ground(): Promise<void> {
   await daemon.entities.spawnEntity({ name: "ground", base: Base.FIXED, source: { source: { case: "primitive", value: plane } } });
 }
 
-test("the demo arm, as it is first seen", async () => {
-  daemon = await use.daemon(Daemon.demo());
-  const tab = await Tab.open(context, daemon.url);
-  expect(await tab.page.getByTestId("slider").count()).toBe(1);
-  await tab.picture("bench-arm");
-});
-
 test("an iiwa moves, and its meshes are there", async () => {
   daemon = await use.daemon(Daemon.start(["--asset-root", pybulletData()]));
   const robot = await load(resolve(pybulletData(), "kuka_iiwa/model.urdf"), { base: Base.FIXED });

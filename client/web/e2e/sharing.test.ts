@@ -53,8 +53,7 @@ test("after a restart of the daemon the robots that the page has brought in are 
 test("seven tabs of one browser are all live, playing and paused", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const context = await use.context();
-  const tabs: Tab[] = [];
-  for (let i = 0; i < 7; i += 1) tabs.push(await Tab.open(context, daemon.url));
+  const tabs = await Promise.all(Array.from({ length: 7 }, () => Tab.open(context, daemon.url)));
   const steps = () => Promise.all(tabs.map((tab) => tab.page.evaluate(() => Number(window.simd.frame()?.step ?? 0n))));
   const before = await steps();
   for (const [i, tab] of tabs.entries()) {
@@ -71,7 +70,7 @@ test("seven tabs of one browser are all live, playing and paused", async () => {
 test("a robot and the world are claimed by a button: other pages say by whom, and may change them once they are released", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const context = await use.context();
-  const [own, other] = [await Tab.open(context, daemon.url), await Tab.open(context, daemon.url)];
+  const [own, other] = await Promise.all([Tab.open(context, daemon.url), Tab.open(context, daemon.url)]);
   const name = (await own.page.evaluate(() => sessionStorage.getItem("simd.client"))) ?? "";
   const titleOf = (tab: Tab, id: string) => tab.page.getByTestId(id).first().getAttribute("title");
   await own.page.getByTestId("claim-robot").click();
