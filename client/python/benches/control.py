@@ -1,9 +1,10 @@
 """Predictive control by rollouts from a process of its own, fifty times a second, of a world that plays in real time.
 
-    python benches/control.py [--starts 20] [--seed 1] [--out target/rollouts/control.png]
+    python benches/control.py [--starts 20] [--seed 1] [--lockstep] [--out target/rollouts/control.png]
 
 A pole is swung up on a cart, and an arm reaches past a post, each from so many starts. Prints in how many it succeeds, and how long a
-call takes from here over Zenoh and back; draws both. SIMD_BINARY says which daemon.
+call takes from here over Zenoh and back; draws both. With --lockstep the worlds wait for each turn, so that no machine is too slow.
+SIMD_BINARY says which daemon.
 """
 
 from __future__ import annotations
@@ -53,22 +54,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--starts", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--lockstep", action="store_true")
     parser.add_argument("--out", type=Path, default=TARGET / "control.png")
     asked = parser.parse_args()
     print(f"{'':22}{'reached':>10}{'median':>9}{'calls':>8}{'p50':>9}{'p99':>9}{'largest':>9}{'late':>8}{'behind':>8}")
     print(f"{'':22}{'':>10}{'s':>9}{'':>8}{'ms':>9}{'ms':>9}{'ms':>9}{'turns':>8}{'times':>8}")
-    swings: list[Swing] = table("pole on a cart", swing_up, asked.starts, asked.seed)
-    reaches: list[reaching.Trial] = table("arm past a post", reaching.trials, asked.starts, asked.seed)
+    swings: list[Swing] = table("pole on a cart", swing_up, asked)
+    reaches: list[reaching.Trial] = table("arm past a post", reaching.trials, asked)
     touched = sum(each.touched for each in reaches)
     print(f"the arm touched something in {touched} of {asked.starts}; a turn is late if its call takes more than 20 ms, and")
     print("behind is how often the world itself fell so far behind real time that it gave up the lag")
     draw(swings, reaches, asked.seed, asked.out)
 
 
-def table(name: str, trials: Callable[[Simulation, int, int], Iterator[Any]], starts: int, seed: int) -> list[Any]:
+def table(
+    name: str, trials: Callable[[Simulation, int, int, bool], Iterator[Any]], asked: argparse.Namespace
+) -> list[Any]:
     """Does them with a daemon of their own, and prints a line."""
     with Daemon("--paused") as daemon, simd_client.connect(daemon.endpoint) as sim:
-        done = list(trials(sim, starts, seed))
+        done = list(trials(sim, asked.starts, asked.seed, asked.lockstep))
         behind = sim.statistics.overruns
     calls = np.array([call for each in done for call in each.calls])
     reached = [each.seconds for each in done if each.reached]
@@ -76,14 +80,14 @@ def table(name: str, trials: Callable[[Simulation, int, int], Iterator[Any]], st
     p50, p99 = np.percentile(1e3 * calls, [50, 99])
     late = f"{np.mean(calls > TURN):.1%}"
     print(
-        f"{name:22}{f'{len(reached)} of {starts}':>10}{median:>9}{len(calls):8}{p50:9.1f}{p99:9.1f}"
+        f"{name:22}{f'{len(reached)} of {asked.starts}':>10}{median:>9}{len(calls):8}{p50:9.1f}{p99:9.1f}"
         f"{1e3 * calls.max():9.1f}{late:>8}{behind:8}",
         flush=True,
     )
     return done
 
 
-def swing_up(sim: Simulation, starts: int, seed: int) -> Iterator[Swing]:
+def swing_up(sim: Simulation, starts: int, seed: int, lockstep: bool) -> Iterator[Swing]:
     """Swings the pole up from so many starts, around where it hangs, one after the other."""
     random = np.random.default_rng(seed)
     sim.set_physics(time_step=TURN / cart_pole.STEPS)
@@ -96,7 +100,8 @@ def swing_up(sim: Simulation, starts: int, seed: int) -> Iterator[Swing]:
         cart.set_targets({"slide": Target.effort(0.0)})
         plan: FloatArray = np.zeros((cart_pole.KNOTS, 1))
         calls, times, leans = list[float](), list[float](), list[float]()
-        sim.play()
+        if not lockstep:
+            sim.play()
         begin, at = sim.stamp.sim_time, 0.0
         since: float | None = None
         turn = time.monotonic()
@@ -105,9 +110,13 @@ def swing_up(sim: Simulation, starts: int, seed: int) -> Iterator[Swing]:
             asked_at = time.monotonic()
             plan, found = cart_pole.improved(sim, cart, costs, plan, random, settled=1)
             calls.append(time.monotonic() - asked_at)
-            time.sleep(max(0.0, turn + TURN - time.monotonic()))
-            # One knot is over, or more of them where the call was late.
-            over = round((time.monotonic() - turn) / TURN)
+            if lockstep:
+                sim.step(cart_pole.STEPS)
+                over = 1
+            else:
+                time.sleep(max(0.0, turn + TURN - time.monotonic()))
+                # One knot is over, or more of them where the call was late.
+                over = round((time.monotonic() - turn) / TURN)
             turn = time.monotonic()
             last = np.repeat(plan[-1:], min(over, len(plan)), axis=0)
             plan = np.vstack([plan[over:], last])

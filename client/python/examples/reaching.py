@@ -2,8 +2,9 @@
 
 The world plays in the daemon. Fifty times a second this program has copies of it try changes of its plan, from where the arm is by then, and
 sends the first of what the plan has become: velocities of the joints. The arm is to be pressed to the goal, not to the post.
+With --lockstep the world waits for each turn, so that no machine is too slow.
 
-    python reaching.py [--starts 20] [--seed 1]
+    python reaching.py [--starts 20] [--seed 1] [--lockstep]
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from simd_client.geometry import FloatArray
 
 ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "seven_arm"
 HAND = "link_7"
-COPIES, KNOTS, STEPS = 40, 8, 10  # steps of 10 ms from knot to knot: a plan has 0.8 s
-TURN = 0.02  # seconds
+COPIES, KNOTS, STEPS = 40, 8, 10  # steps from knot to knot: a plan has 0.8 s
+STEP, TURN = 0.01, 0.02  # seconds
 FASTEST, DEVIATION = 1.6, 0.8  # rad/s
 BEGIN = np.array([-0.6, 1.1, 0.0, -0.9, 0.0, -0.6, 0.0])  # rad
 NEAR, SECONDS = 0.04, 8.0  # metres, and within this simulated time
@@ -53,9 +54,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--starts", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--lockstep", action="store_true")
     asked = parser.parse_args()
     with simd_client.connect() as sim:
-        done = list(trials(sim, asked.starts, asked.seed))
+        done = list(trials(sim, asked.starts, asked.seed, asked.lockstep))
     reached, touched = sum(each.reached for each in done), sum(each.touched for each in done)
     took = np.median([each.seconds for each in done])
     calls = [call for each in done for call in each.calls]
@@ -63,7 +65,7 @@ def main() -> None:
     print(f"a call took {1e3 * np.median(calls):.1f} ms, one in twenty more than {1e3 * np.quantile(calls, 0.95):.1f} ms")
 
 
-def trials(sim: Simulation, starts: int, seed: int) -> Iterator[Trial]:
+def trials(sim: Simulation, starts: int, seed: int, lockstep: bool = False) -> Iterator[Trial]:
     """Reaches from so many places, one after the other, and leaves the world as it was."""
     random = np.random.default_rng(seed)
     sim.pause()
@@ -71,11 +73,13 @@ def trials(sim: Simulation, starts: int, seed: int) -> Iterator[Trial]:
     with ExitStack() as cleanup:
         cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
         cleanup.callback(sim.pause)
-        sim.set_physics(time_step=0.01)
-        yield from _trials(sim, starts, random, cleanup)
+        sim.set_physics(time_step=STEP)
+        yield from _trials(sim, starts, random, lockstep, cleanup)
 
 
-def _trials(sim: Simulation, starts: int, random: np.random.Generator, cleanup: ExitStack) -> Iterator[Trial]:
+def _trials(
+    sim: Simulation, starts: int, random: np.random.Generator, lockstep: bool, cleanup: ExitStack
+) -> Iterator[Trial]:
     # Beside all that is in the world already.
     aside = np.array([10 + max((robot.pose.position[0] for robot in sim.robots.values()), default=0.0), 0.0, 0.0])
     arm = sim.load(ROBOT, "reaching_arm", fixed=True, allow_renaming=True, position=aside)
@@ -99,7 +103,8 @@ def _trials(sim: Simulation, starts: int, random: np.random.Generator, cleanup: 
         sim.pause()
         arm.reset_joints(BEGIN + random.normal(0.0, 0.1, 7))
         arm.set_targets(Whole.velocities(np.zeros(7)))
-        sim.play()
+        if not lockstep:
+            sim.play()
         plan: FloatArray = np.zeros((KNOTS, 7))
         begin, at = sim.stamp.sim_time, 0.0
         distance, touches = np.inf, 0
@@ -123,10 +128,13 @@ def _trials(sim: Simulation, starts: int, random: np.random.Generator, cleanup: 
             path.append(hand[0, 0, 0, :3])
             distance = float(np.linalg.norm(path[-1] - goal.position))
             touches += int(contacts[0, 0, 0] > 0)
-            time.sleep(max(0.0, due - time.monotonic()))
+            if lockstep:
+                sim.step(round(TURN / STEP))
+            else:
+                time.sleep(max(0.0, due - time.monotonic()))
             # By the next turn the plan is older by what was simulated since.
             passed, at = found.start.sim_time - begin - at, found.start.sim_time - begin
-            knots = np.arange(KNOTS) + max(passed, TURN) / (0.01 * STEPS)
+            knots = np.arange(KNOTS) + max(passed, TURN) / (STEP * STEPS)
             plan = np.stack([np.interp(knots, np.arange(KNOTS), plan[:, joint]) for joint in range(7)], axis=1)
         reached = distance <= NEAR and touches == 0
         yield Trial(reached, touches > 0, at, calls, np.array(path), goal.position)

@@ -27,11 +27,18 @@ def is_png(path: Path) -> bool:
     return path.read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_remote_process_controls_worlds(tmp_path: Path) -> None:
+    said = run("control.py", "--starts", "1", "--lockstep", "--out", str(tmp_path / "control.png"))
+    assert re.search(r"^pole on a cart +1 of 1 ", said, re.M) is not None, said
+    assert re.search(r"^arm past a post +1 of 1 ", said, re.M) is not None, said
+    assert is_png(tmp_path / "control.png")
+
+
 def test_a_remote_process_controls_worlds_that_play(tmp_path: Path) -> None:
-    said = run("control.py", "--starts", "3", "--out", str(tmp_path / "control.png"))
-    # On a machine that is busy with other things some come late, and miss.
-    assert re.search(r"^pole on a cart +[1-3] of 3 ", said, re.M) is not None, said
-    assert re.search(r"^arm past a post +[1-3] of 3 ", said, re.M) is not None, said
+    said = run("control.py", "--starts", "1", "--out", str(tmp_path / "control.png"))
+    rows = re.findall(r"^(?:pole on a cart|arm past a post) +(\d) of 1 .* (\S+)% +\d+$", said, re.M)
+    # A controller of which more than one call in twenty is late may miss.
+    assert len(rows) == 2 and all(reached == "1" or float(late) > 5.0 for reached, late in rows), said
     assert is_png(tmp_path / "control.png")
 
 
