@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -59,6 +60,61 @@ def test_the_search_ends_at_the_limits_and_as_near_as_can_be(script: ModuleType,
         answer = script.calculateInverseKinematics2(pillar, [0], [[0, 0, height]], residualThreshold=1e-9)
         assert answer == pytest.approx((expected,), abs=1e-6)
     assert script.calculateInverseKinematics2(pillar, [0], [[0, 0, 1.1]], currentPositions=[0.1]) == (0.1,)
+
+
+def test_steps_towards_a_pose_are_pybullets(bullet: Any, script: ModuleType) -> None:
+    """From where the robot is, also where they end before the pose; a tree of a base that is turned and moved."""
+    seed = random.randrange(1 << 32)
+    print(f"seed {seed}")
+    for p in (bullet, script):
+        p.loadURDF(str(SEVEN_ARM), [0.3, -0.2, 0.5], p.getQuaternionFromEuler([0.1, 0.2, 0.7]), useFixedBase=1)
+    draw = random.Random(seed)
+    for case in range(40):
+        start = [draw.uniform(-1.0, 1.0) for _ in range(7)]
+        goal = [draw.uniform(-0.5, 0.8), draw.uniform(-0.6, 0.5), draw.uniform(0.4, 1.3)]
+        more: dict[str, Any] = {}
+        if case % 2:
+            more["targetOrientation"] = bullet.getQuaternionFromEuler([draw.uniform(-3.0, 3.0) for _ in range(3)])
+        if case % 5 == 1:
+            more["jointDamping"] = [draw.uniform(0.01, 1.0) for _ in range(7)]
+        if case % 5 in (2, 3):
+            more["restPoses"] = [draw.uniform(-0.5, 0.5) for _ in range(7)]
+            more |= {"lowerLimits": [-9.0] * 7, "upperLimits": [9.0] * 7, "jointRanges": [4.0] * 7}
+        if case % 5 == 4:
+            more["currentPositions"] = [draw.uniform(-0.5, 0.5) for _ in range(7)]
+        if case % 3 == 0:
+            more |= {"maxNumIterations": draw.randrange(1, 60), "residualThreshold": draw.uniform(1e-5, 1e-2)}
+        found: list[Any] = []
+        for p in (bullet, script):
+            for joint, value in enumerate(start):
+                p.resetJointState(0, joint, value)
+            found.append(p.calculateInverseKinematics(0, draw_link(seed, case), goal, **more))
+        assert found[1] == pytest.approx(found[0], abs=1e-5), (case, more)
+
+
+def draw_link(seed: int, case: int) -> int:
+    return random.Random(seed + case).randrange(3, 7)
+
+
+def test_limits_of_a_call_are_kept(script: ModuleType) -> None:
+    """PyBullet's own steps leave them."""
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    bent(script, arm, 0.0)
+    lower, upper = [-0.1, *[-2.9] * 6], [0.1, *[2.9] * 6]
+    goal = [0.3, 0.25, 0.7]
+    plain = script.calculateInverseKinematics(arm, 6, goal)
+    assert abs(plain[0]) > 0.1
+    for more in ({}, {"jointRanges": [4.0] * 7, "restPoses": START}):
+        answer = script.calculateInverseKinematics(
+            arm, 6, goal, lowerLimits=lower, upperLimits=upper, maxNumIterations=500, **more
+        )
+        assert all(low <= value <= high for low, value, high in zip(lower, answer, upper, strict=True))
+        for joint, value in enumerate(answer):
+            script.resetJointState(arm, joint, value)
+        assert reached(script, arm, [6], [goal]) < 1e-2
+        bent(script, arm, 0.0)
+    for odd in ({"jointDamping": [0.0] * 7}, {"lowerLimits": [0.2] * 7, "upperLimits": [0.1] * 7, "jointRanges": [0.0] * 7, "restPoses": START}):
+        assert all(map(math.isfinite, script.calculateInverseKinematics(arm, 6, goal, **odd)))
 
 
 def test_requests_that_cannot_be_are_refused(script: ModuleType) -> None:

@@ -177,6 +177,8 @@ class Body:
     kept: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
     # Of getJointStates: how the states of several joints are taken out of those of all, by their indices.
     readers: dict[tuple[int, ...], Reader] = field(default_factory=dict[tuple[int, ...], "Reader"])
+    # Of calculateInverseKinematics: the joints between the base and a link, by its number.
+    chains: dict[int, Any] = field(default_factory=dict[int, Any])
 
     def frame(self, link: str) -> Pose:
         """link_from_inertia."""

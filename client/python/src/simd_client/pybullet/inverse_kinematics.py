@@ -1,8 +1,10 @@
-"""Joint positions at which a link of a robot is at a pose, which the daemon finds, or several are at places."""
+"""Joint positions at which a link of a robot is at a pose, as PyBullet finds them, or several are at places."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,17 +12,20 @@ from numpy.typing import NDArray
 
 from simd_client.proto import ComputeInverseKinematicsRequest, methods
 
-from . import beyond, constants
+from . import constants, damped_steps
 from .arguments import ORIGIN, UPRIGHT, Pose, Vector, floats, formerly, indices, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
-from .rotations import compose, cross, rotate
+from .rotations import compose, cross, inverse, rotate
 from .world import World
 
 Array = NDArray[np.float64]
 
 _MOST_ITERATIONS = 1000
+_LEAST_DAMPING = 1e-9
+# At least, of the daemon, whose search ends when it converges.
+_DAEMON_ITERATIONS = 100
 # Levenberg and Marquardt's damping: where it starts, how it changes after a step that was good or bad, and where it is given up.
 _DAMPING, _BETTER, _WORSE, _MOST_DAMPING = 1e-3, 0.3, 4.0, 1e6
 
@@ -38,44 +43,88 @@ def calculateInverseKinematics(
     jointDamping: Any = None,
     solver: int = 0,
     currentPositions: Any = None,
-    maxNumIterations: int = 100,
-    residualThreshold: float = 1e-4,
+    maxNumIterations: int = damped_steps.ITERATIONS,
+    residualThreshold: float = damped_steps.THRESHOLD,
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
-    """Joint positions, one per degree of freedom, at which a link's frame is at a world pose. The
-    robot's own limits bound them, and those that are given, if there are as many; rest poses are where the search starts, if there are
-    as many."""
-    del solver, jointRanges, jointDamping
+    """Joint positions, one per degree of freedom, that bring a link's frame to a world pose, or towards it: PyBullet's own steps from
+    where the robot is. Limits, ranges and rest poses count if there are as many of each as degrees of freedom. Where the steps leave
+    the limits that are given, others end at them. Robots with ball joints, and the solver `IK_SDLS`, take the daemon's search."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
     link = body.link_name(endEffectorLinkIndex)
     if link is None:
         raise error("Error: endEffectorLinkIndex out-of-range.")
     text = "calculateInverseKinematics: positions must be sequences of numbers"
+    place = vector(targetPosition, text)
+    turn = quaternion(targetOrientation, text) if targetOrientation is not None and len(targetOrientation) else None
+    most = _iterations(maxNumIterations) if maxNumIterations > 0 else damped_steps.ITERATIONS
+    if solver == 0 and all(joint.width <= 1 for joint in body.joints):
+        search = _search(world, body, endEffectorLinkIndex, currentPositions, jointDamping)
+        goal = (place, turn, _null_space(body, text, lowerLimits, upperLimits, jointRanges, restPoses))
+        found = search(*goal, None, most, float(residualThreshold))
+        limits = _limits(lowerLimits, upperLimits, len(found))
+        if limits is not None and not ((limits[0] <= found) & (found <= limits[1])).all():
+            found = search(*goal, limits, most, float(residualThreshold))
+        return tuple(found.tolist())
     request = ComputeInverseKinematicsRequest(robot=body.robot, link=link)
     at = request.target.position
-    at.x, at.y, at.z = vector(targetPosition, text)
-    if targetOrientation is not None and len(targetOrientation):
-        turn = request.target.orientation
-        turn.x, turn.y, turn.z, turn.w = quaternion(targetOrientation, text)
-    request.max_iterations = _iterations(maxNumIterations)
+    at.x, at.y, at.z = place
+    if turn is not None:
+        to = request.target.orientation
+        to.x, to.y, to.z, to.w = turn
+    request.max_iterations = max(most, _DAEMON_ITERATIONS)
     request.tolerance = float(residualThreshold)
     start = _start(currentPositions, restPoses, sum(joint.count for joint in body.joints), text)
     if start:
         # An empty guess is one of no joints.
         request.guess.positions.extend(_as_the_daemon_counts(body, start))
     found = world.wire.call(methods.ComputeInverseKinematics, request).positions
-    narrow = _narrower(body, lowerLimits, upperLimits)
-    if any(not low <= found[body.joints[index].position_index] <= high for index, (low, high) in narrow.items()):
-        try:
-            for index, (low, high) in narrow.items():
-                joint = body.joints[index]
-                world.bound(body, joint, (low, high, *joint.limits[2:]))
-            found = world.wire.call(methods.ComputeInverseKinematics, request).positions
-        finally:
-            for index in narrow:
-                beyond.send(world, body, index)
     return tuple(q for joint in body.joints for q in found[joint.position_index : joint.position_index + joint.count])
+
+
+def _search(world: World, body: Body, link: int, current: Any, damping: Any) -> Callable[..., Array]:
+    """PyBullet's search for a pose of a link, from where the robot is, or from the positions that are given."""
+    numbers = damped_steps.turning(body)
+    weights = np.full(len(numbers), damped_steps.DAMPING)
+    if damping is not None and len(damping) >= len(numbers):
+        text = "calculateInverseKinematics: joint damping must be numbers"
+        # Without any damping there is no one step.
+        weights = np.maximum(floats(damping, text)[: len(numbers)], _LEAST_DAMPING)
+    if current is not None and len(current):
+        start = floats(current, "calculateInverseKinematics: positions must be sequences of numbers")
+        if len(start) != len(numbers):
+            raise error(
+                "calculateInverseKinematics the size of input current positions needs to be equal to the number of degrees of freedom."
+            )
+        # As in PyBullet, the pose is then one in the frame of the base.
+        root = inverse(body.frame(body.base_link))
+    else:
+        positions = world.joint_states(body).position
+        start = [positions[body.joints[index].position_index] for index in numbers]
+        root = world.root(body)[0]
+    chain = body.chains.get(link)
+    if chain is None:
+        chain = body.chains[link] = damped_steps.Chain(body, link)
+    return partial(damped_steps.search, chain, root, start, weights)
+
+
+def _limits(lower: Any, upper: Any, count: int) -> tuple[Array, Array] | None:
+    """Limits of a call, if there are as many as degrees of freedom; a lower one that is no lower is none."""
+    if lower is None or upper is None or not len(lower) == len(upper) == count:
+        return None
+    text = "calculateInverseKinematics: limits must be sequences of numbers"
+    low, high = np.array(floats(lower, text)), np.array(floats(upper, text))
+    return np.where(low < high, low, -np.inf), np.where(low < high, high, np.inf)
+
+
+def _null_space(body: Body, text: str, *given: Any) -> damped_steps.NullSpace | None:
+    """Of lower and upper limits, ranges and rest poses, if there are as many of each as degrees of freedom."""
+    count = len(damped_steps.turning(body))
+    if not count or any(each is None or len(each) != count for each in given):
+        return None
+    lower, upper, ranges, rest = (np.array(floats(each, text)) for each in given)
+    return damped_steps.NullSpace(lower, upper, np.where(ranges == 0.0, np.inf, ranges), rest)
 
 
 @formerly("bodyIndex", "bodyUniqueId")
@@ -133,20 +182,6 @@ def _as_the_daemon_counts(body: Body, given: list[float]) -> list[float]:
         placed[joint.position_index : joint.position_index + joint.count] = given[at : at + joint.count]
         at += joint.count
     return placed
-
-
-def _narrower(body: Body, lower: Any, upper: Any) -> dict[int, tuple[float, float]]:
-    """Limits of a call that are narrower than a joint's own, by its index; none where there are not as many as degrees of freedom."""
-    moving = [index for index, joint in enumerate(body.joints) if joint.width == 1]
-    if lower is None or upper is None or not len(lower) == len(upper) == len(moving):
-        return {}
-    text, found = "calculateInverseKinematics: limits must be sequences of numbers", dict[int, tuple[float, float]]()
-    for index, low, high in zip(moving, floats(lower, text), floats(upper, text), strict=True):
-        least, most = body.joints[index].limits[:2]
-        low, high = (low if least is None else max(low, least)), (high if most is None else min(high, most))
-        if low < high and (low, high) != (least, most):
-            found[index] = low, high
-    return found
 
 
 def _start(current: Any, rest: Any, count: int, text: str) -> list[float]:

@@ -1,0 +1,153 @@
+"""PyBullet's search for joint positions of a pose: some damped steps from where the robot is, which may end before the pose.
+
+S. R. Buss, "Introduction to inverse kinematics with Jacobian transpose, pseudoinverse and damped least squares methods", 2004.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import constants
+from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
+from .bodies import Body
+from .rotations import compose, conjugate, cross, product, rotate
+
+Array = NDArray[np.float64]
+
+ITERATIONS, THRESHOLD, DAMPING = 20, 1e-4, 0.5
+_NULL_SPACE_DAMPING = 0.6**2
+# Of one step, rad or m.
+_LARGEST = math.pi / 4
+# How fast joints go to their rest poses, and back within their limits.
+_TO_REST, _TO_LIMITS = 0.001, 10.0
+# Of the largest singular value: smaller ones do not count in the null space.
+_SINGULAR = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class NullSpace:
+    """What joints do as far as the pose leaves them free."""
+
+    lower: Array
+    upper: Array
+    ranges: Array
+    rest: Array
+
+    def wish(self, q: Array) -> Array:
+        """The step that joints would like best."""
+        beyond = np.minimum(self.upper - q, 0.0) + np.maximum(self.lower - q, 0.0)
+        off = beyond != 0.0
+        wish = _TO_REST * (self.rest - q)
+        wish[off] += _TO_LIMITS * beyond[off] / self.ranges[off]
+        return wish
+
+
+class Chain:
+    """The joints between a robot's base and one of its links."""
+
+    def __init__(self, body: Body, link: int) -> None:
+        numbers = {index: column for column, index in enumerate(turning(body))}
+        above: list[int] = []
+        at = link
+        while at >= 0:
+            above.append(at)
+            at = body.joints[at].info[16]
+        # Of each joint that moves: the fixed way to it, whether it slides, its axis and its column.
+        self._steps: list[tuple[Pose, bool, Vector, int]] = []
+        way: Pose = (ORIGIN, UPRIGHT)
+        for index in reversed(above):
+            joint = body.joints[index]
+            way = compose(way, joint.parent_from_joint)
+            if index in numbers:
+                self._steps.append((way, joint.kind == constants.JOINT_PRISMATIC, joint.axis, numbers[index]))
+                way = (ORIGIN, UPRIGHT)
+        # Orientations are those of the inertial frame.
+        name = body.link_name(link) or ""
+        self._end = compose(way, (ORIGIN, body.frame(name)[1]))
+
+    def at(self, root: Pose, q: Sequence[float]) -> tuple[Pose, list[int], list[list[float]]]:
+        """The end's pose, and columns of its Jacobian with their numbers: three linear rows and three angular ones."""
+        pose = root
+        axes: list[tuple[bool, Vector, Vector, int]] = []
+        for way, slides, axis, column in self._steps:
+            (x, y, z), turn = compose(pose, way)
+            a, b, c = along = rotate(turn, axis)
+            axes.append((slides, along, (x, y, z), column))
+            value = q[column]
+            if slides:
+                pose = (x + a * value, y + b * value, z + c * value), turn
+            else:
+                sine = math.sin(value / 2.0)
+                by = (axis[0] * sine, axis[1] * sine, axis[2] * sine, math.cos(value / 2.0))
+                pose = (x, y, z), product(turn, by)
+        (x, y, z), turn = compose(pose, self._end)
+        columns: list[list[float]] = []
+        for slides, along, (u, v, w), _ in axes:
+            columns.append([*along, 0.0, 0.0, 0.0] if slides else [*cross(along, (x - u, y - v, z - w)), *along])
+        return ((x, y, z), turn), [column for _, _, _, column in axes], columns
+
+
+def turning(body: Body) -> list[int]:
+    """Numbers of the joints that turn about one axis or slide along one: PyBullet's degrees of freedom."""
+    return [index for index, joint in enumerate(body.joints) if joint.width == 1]
+
+
+def search(
+    chain: Chain,
+    root: Pose,
+    start: Sequence[float],
+    damping: Array,
+    place: Vector,
+    turn: Quaternion | None,
+    null_space: NullSpace | None,
+    bounds: tuple[Array, Array] | None,
+    most: int,
+    threshold: float,
+) -> Array:
+    """Joint positions after at most so many steps, or after the one from within `threshold` metres of the place. With bounds each
+    step ends at them."""
+    q = np.array(start, dtype=np.float64)
+    rows = 3 if turn is None else 6
+    jacobian = np.zeros((rows, len(q)))
+    for _ in range(most):
+        (at, turned), numbers, columns = chain.at(root, q.tolist())
+        off = [place[0] - at[0], place[1] - at[1], place[2] - at[2]]
+        left = math.hypot(*off)
+        if turn is not None:
+            off += _rotation(product(turn, conjugate(turned)))
+        if numbers:
+            jacobian[:, numbers] = np.array(columns).T[:rows]
+        if null_space is None:
+            matrix = jacobian.T @ jacobian
+            matrix[np.diag_indices_from(matrix)] += damping
+            step = np.linalg.solve(matrix, jacobian.T @ off)
+        else:
+            matrix = jacobian @ jacobian.T
+            matrix[np.diag_indices_from(matrix)] += _NULL_SPACE_DAMPING
+            wish = null_space.wish(q)
+            held = jacobian @ wish
+            if _SINGULAR * matrix.trace() < _NULL_SPACE_DAMPING:
+                step = wish + jacobian.T @ np.linalg.solve(matrix, off - held)
+            else:
+                free = np.linalg.pinv(matrix, _SINGULAR, hermitian=True) @ held
+                step = wish + jacobian.T @ (np.linalg.solve(matrix, off) - free)
+        largest = float(np.abs(step).max(initial=0.0))
+        q += step * (_LARGEST / largest) if largest > _LARGEST else step
+        if bounds is not None:
+            q = np.clip(q, *bounds)
+        if not left > threshold:
+            break
+    return q
+
+
+def _rotation(q: Quaternion) -> list[float]:
+    """As axis times angle, the shorter way."""
+    x, y, z, w = q if q[3] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
+    sine = math.sqrt(x * x + y * y + z * z)
+    by = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 2.0
+    return [x * by, y * by, z * by]
