@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 ITERATIONS, THRESHOLD, DAMPING = 20, 1e-4, 0.5
 _NULL_SPACE_DAMPING = 0.6**2
+# Rad, and a bit less: Bullet's angle has single precision, in which pi is more than pi.
+_HALF_TURN = 3.14159262
 # Of one step, rad or m.
 _LARGEST = math.pi / 4
 # How fast joints go to their rest poses, and back within their limits.
@@ -119,7 +121,7 @@ def search(
         off = [place[0] - at[0], place[1] - at[1], place[2] - at[2]]
         left = math.hypot(*off)
         if turn is not None:
-            off += _rotation(product(turn, conjugate(turned)))
+            off += _rotation(product(_signed(turn), conjugate(_signed(turned))))
         if numbers:
             jacobian[:, numbers] = np.array(columns).T[:rows]
         if null_space is None:
@@ -147,7 +149,16 @@ def search(
 
 def _rotation(q: Quaternion) -> list[float]:
     """As axis times angle, the shorter way."""
-    x, y, z, w = q if q[3] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
+    x, y, z, w = q
     sine = math.sqrt(x * x + y * y + z * z)
-    by = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 2.0
+    angle = 2.0 * math.atan2(sine, w)
+    if angle > _HALF_TURN:
+        angle -= 2.0 * math.pi
+    by = angle / sine if sine > 0.0 else 2.0
     return [x * by, y * by, z * by]
+
+
+def _signed(q: Quaternion) -> Quaternion:
+    """With the sign that a quaternion has which Bullet makes of a matrix: it says which way half a turn goes."""
+    leading = q[3] if abs(q[3]) > 0.5 else max(q[:3], key=abs)
+    return q if leading >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
