@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -119,3 +120,17 @@ def test_a_visual_shape_without_its_mesh_draws_nothing(script: ModuleType, capfd
     visual = script.createVisualShape(script.GEOM_MESH, fileName="nowhere.obj")
     assert visual >= 0 and "Not found: nowhere.obj" in capfd.readouterr().err
     assert script.createMultiBody(1.0, -1, visual) >= 0
+
+
+@pytest.mark.parametrize("changed", [("' rpy", "'rpy"), ('"1" iyy', '"1"iyy'), ('"1"\n    izz', '"1"izz')])
+def test_attributes_that_nothing_separates_are_read(
+    bullet: Any, script: ModuleType, tmp_path: Path, changed: tuple[str, str]
+) -> None:
+    urdf = """<robot name="r"><link name="base"><inertial><origin xyz='0 0 0.5' rpy='0 0 0'/><mass value="2"/>
+    <inertia ixx="1" iyy="1"
+    izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+    assert changed[0] in urdf
+    file = tmp_path / "joined.urdf"
+    file.write_text(urdf.replace(*changed))
+    for p in (bullet, script):
+        assert p.getDynamicsInfo(p.loadURDF(str(file)), -1)[0] == 2.0

@@ -13,6 +13,8 @@ from .rotations import from_euler
 # What may stand around a document.
 _BLANK = b" \t\r\n\0"
 _COMMENT = re.compile(b"<!--.*?-->", re.DOTALL)
+# An attribute's value that the next attribute follows without a blank.
+_JOINED = re.compile(rb"""(=\s*(?:"[^"<]*"|'[^'<]*'))(?=[A-Za-z_])""")
 
 
 @dataclass
@@ -52,6 +54,11 @@ def read(urdf: bytes, scale: float) -> Description:
     return Description(frames, any(_is_zero(mass) for mass in masses), frozenset(rough), tuple(frames))
 
 
+def separated(xml: bytes) -> bytes:
+    """With a blank between attributes, which Bullet's reader does not ask for."""
+    return _JOINED.sub(rb"\1 ", xml)
+
+
 def parse(urdf: bytes) -> ElementTree.Element | None:
     """The document, or `None` if it cannot or must not be parsed."""
     # No document type: an entity could expand to gigabytes.
@@ -64,7 +71,7 @@ def parse(urdf: bytes) -> ElementTree.Element | None:
         pass
     try:
         # Bullet's reader takes comments with `--` in them.
-        return ElementTree.fromstring(_COMMENT.sub(b"", urdf).strip(_BLANK))
+        return ElementTree.fromstring(separated(_COMMENT.sub(b"", urdf)).strip(_BLANK))
     except ElementTree.ParseError:
         return None
 

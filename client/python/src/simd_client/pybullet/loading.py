@@ -71,7 +71,7 @@ def loadURDF(
     if flags & ~_GRANTED:
         world.say_once(f"loadURDF: flags {flags & ~_GRANTED} have no effect")
     try:
-        urdf = path.read_bytes()
+        urdf = descriptions.separated(path.read_bytes())
     except OSError as problem:
         raise error(f"Cannot load URDF file. {problem}") from None
     description = descriptions.read(urdf, globalScaling)
