@@ -80,6 +80,23 @@ def test_models_are_as_pybullet_loads_them(bullet: Any, script: ModuleType, arm:
         assert same(ours, theirs), (ours, theirs)
 
 
+def test_spherical_joints_are_as_pybullet_loads_them(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+    links = "".join(f"<link name='l{at}'><pose>{0.1 * at} 0 0 0 {0.2 * at} 0</pose>{inertial(1, '0 0 0.1 0 0 0')}</link>" for at in range(3))
+    joints = "".join(
+        f"<joint name='j{at}' type='spherical'><parent>l{at}</parent><child>l{at + 1}</child></joint>" for at in range(2)
+    )
+    (tmp_path / "chain.sdf").write_text(f"<sdf version='1.6'><world name='w'><model name='chain'>{links}{joints}</model></world></sdf>")
+    turn = bullet.getQuaternionFromEuler([0.1, 0.5, -0.3])
+    found: list[Any] = []
+    for p in (bullet, script):
+        assert p.loadSDF(str(tmp_path / "chain.sdf")) == (0,) and p.getNumJoints(0) == 2
+        p.resetJointStateMultiDof(0, 0, turn)
+        found.append([(p.getJointInfo(0, joint)[:3], p.getLinkState(0, joint, computeForwardKinematics=1)[4:6]) for joint in range(2)])
+        assert [kind for (_, _, kind), _ in found[-1]] == [p.JOINT_SPHERICAL] * 2
+    for (theirs, at), (ours, here) in zip(*found, strict=True):
+        assert theirs == ours and same(here, at), (here, at)
+
+
 def test_a_static_model_stays_and_another_falls(script: ModuleType, arm: str) -> None:
     script.setGravity(0, 0, -9.81)
     moving, still = script.loadSDF(arm, globalScaling=2.0)

@@ -23,7 +23,7 @@ from .rotations import compose, from_euler, inverse
 from .wire import Spawn
 from .world import World
 
-_JOINTS = ("revolute", "prismatic", "fixed", "continuous")
+_JOINTS = ("revolute", "prismatic", "fixed", "continuous", "spherical")
 _ENDLESS = 1e15
 
 
@@ -199,7 +199,7 @@ def _joint(
     _origin(made, at)
     ElementTree.SubElement(made, "parent", link=parent)
     ElementTree.SubElement(made, "child", link=child)
-    if kind == "fixed":
+    if kind in ("fixed", "spherical"):
         return
     ElementTree.SubElement(made, "axis", xyz=" ".join(joint.findtext("axis/xyz", "1 0 0").split()))
     limit = {"effort": repr(effort), "velocity": repr(velocity)}
