@@ -58,6 +58,25 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("script", ways, indirect=True)
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Of the cases of a test the first one alone runs on a daemon too: what they add says nothing of the way to a world."""
+    if not embedded_link.is_installed():
+        return
+    seen: set[tuple[Path, str]] = set()
+    kept: list[pytest.Item] = []
+    more: list[pytest.Item] = []
+    for item in items:
+        way = item.callspec.params.get("script") if isinstance(item, pytest.Function) and hasattr(item, "callspec") else None
+        test = (item.path, getattr(item, "originalname", item.name))
+        is_twice = item.path.parent == Path(__file__).parent and item.path.stem not in WITH_OTHERS
+        is_more = is_twice and way == "--new" and test in seen
+        (more if is_more else kept).append(item)
+        if way == "--new":
+            seen.add(test)
+    items[:] = kept
+    config.hook.pytest_deselected(items=more)
+
+
 @pytest.fixture
 def script(request: pytest.FixtureRequest) -> Iterator[ModuleType]:
     """The module, connected as number 0 to a daemon of its own, and to a world in this process."""
