@@ -134,3 +134,20 @@ def test_attributes_that_nothing_separates_are_read(
     file.write_text(urdf.replace(*changed))
     for p in (bullet, script):
         assert p.getDynamicsInfo(p.loadURDF(str(file)), -1)[0] == 2.0
+
+
+def test_numbers_are_read_as_far_as_they_go(
+    bullet: Any, script: ModuleType, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    inertial = '<inertial><mass value="2kg"/><inertia ixx="1" iyy="1.0 kg m^2" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    file = tmp_path / "units.urdf"
+    file.write_text(
+        f'<robot name="r"><link name="a">{inertial}</link><link name="b">{inertial}</link><joint name="j" type="revolute">'
+        '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-pi" upper="1.5rad" effort="3 N" velocity="1"/></joint></robot>'
+    )
+    found: list[Any] = []
+    for p in (bullet, script):
+        body = p.loadURDF(str(file))
+        found.append((p.getDynamicsInfo(body, -1)[0], p.getJointInfo(body, 0)[8:12]))
+    assert found[0] == found[1] == (2.0, (0.0, 1.5, 3.0, 1.0))
+    assert 'limit lower="-pi" is read as 0' in capfd.readouterr().err

@@ -13,6 +13,17 @@ from .rotations import from_euler
 # What may stand around a document.
 _BLANK = b" \t\r\n\0"
 _COMMENT = re.compile(b"<!--.*?-->", re.DOTALL)
+# The attributes that are one number each, by element.
+_SCALARS = {
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+}
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 # An attribute's value that the next attribute follows without a blank.
 _JOINED = re.compile(rb"""(=\s*(?:"[^"<]*"|'[^'<]*'))(?=[A-Za-z_])""")
 
@@ -59,6 +70,21 @@ def separated(xml: bytes) -> bytes:
     return _JOINED.sub(rb"\1 ", xml)
 
 
+def with_numbers(urdf: bytes) -> tuple[bytes, list[str]]:
+    """As Bullet's reader takes numbers: their beginning (`1kg` is 1), and 0 where there is none. Returns what was read otherwise than
+    it is written."""
+    robot, read_as = parse(urdf), list[str]()
+    for element in () if robot is None else robot.iter():
+        for name in _SCALARS.get(element.tag, ()):
+            text = element.get(name)
+            if text is None or _is_number(text):
+                continue
+            found = _NUMBER.match(text)
+            element.set(name, found[1] if found else "0")
+            read_as.append(f'{element.tag} {name}="{text}" is read as {element.get(name)}')
+    return (urdf if robot is None or not read_as else ElementTree.tostring(robot)), read_as
+
+
 def parse(urdf: bytes) -> ElementTree.Element | None:
     """The document, or `None` if it cannot or must not be parsed."""
     # No document type: an entity could expand to gigabytes.
@@ -90,6 +116,14 @@ def _numbers(text: str | None) -> Vector:
     except ValueError:
         return ORIGIN
     return (x, y, z)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _is_zero(text: str) -> bool:

@@ -39,6 +39,8 @@ _GRANTED = (
 )
 # For links without friction in their description.
 _FRICTION = 0.5
+# Of values that are read otherwise than they are written.
+_MOST_SAID = 8
 
 
 def _old_forms(function: Function) -> Function:
@@ -74,6 +76,11 @@ def loadURDF(
         urdf = descriptions.separated(path.read_bytes())
     except OSError as problem:
         raise error(f"Cannot load URDF file. {problem}") from None
+    if not is_xacro(path):
+        urdf, read_as = descriptions.with_numbers(urdf)
+        if read_as:
+            more = f", and {len(read_as) - _MOST_SAID} more" if len(read_as) > _MOST_SAID else ""
+            world.say_once(f"loadURDF: {fileName}: {'; '.join(read_as[:_MOST_SAID])}{more}")
     description = descriptions.read(urdf, globalScaling)
     spawn = Spawn(
         position=vector(basePosition, "basePosition needs 3 coordinates [x,y,z]."),
