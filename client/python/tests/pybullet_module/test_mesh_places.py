@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -62,6 +63,17 @@ def test_a_file_is_found_in_folders_called_data(script: ModuleType, tmp_path: Pa
         folder.mkdir(exist_ok=True)
         monkeypatch.chdir(folder)
         assert script.loadURDF("box.urdf") >= 0
+
+
+def test_a_name_that_begins_with_a_slash_is_found_below_the_working_folder_too(
+    bullet: Any, script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inertial = "<inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    (tmp_path / "model").mkdir()
+    (tmp_path / "model" / "rod.urdf").write_text(f"<robot name='rod'><link name='base'>{inertial}</link></robot>")
+    monkeypatch.chdir(tmp_path)
+    for p in (bullet, script):
+        assert p.getDynamicsInfo(p.loadURDF("/model/rod.urdf"), -1)[0] == 2.0
 
 
 def test_a_mesh_of_mjcf_that_is_nowhere_is_said(script: ModuleType, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -122,11 +122,11 @@ def test_a_visual_shape_without_its_mesh_draws_nothing(script: ModuleType, capfd
     assert script.createMultiBody(1.0, -1, visual) >= 0
 
 
-@pytest.mark.parametrize("changed", [("' rpy", "'rpy"), ('"1" iyy', '"1"iyy'), ('"1"\n    izz', '"1"izz')])
-def test_attributes_that_nothing_separates_are_read(
+@pytest.mark.parametrize("changed", [("' rpy", "'rpy"), ('"1" iyy', '"1"iyy'), ('"1"\n    izz', '"1"izz'), ("?>", "?>\r\n* a remark")])
+def test_what_an_xml_reader_would_refuse_is_read(
     bullet: Any, script: ModuleType, tmp_path: Path, changed: tuple[str, str]
 ) -> None:
-    urdf = """<robot name="r"><link name="base"><inertial><origin xyz='0 0 0.5' rpy='0 0 0'/><mass value="2"/>
+    urdf = """<?xml version="1.0" ?><robot name="r"><link name="base"><inertial><origin xyz='0 0 0.5' rpy='0 0 0'/><mass value="2"/>
     <inertia ixx="1" iyy="1"
     izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
     assert changed[0] in urdf

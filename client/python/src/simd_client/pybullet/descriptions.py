@@ -24,6 +24,7 @@ _SCALARS = {
     "capsule": ("radius", "length"),
 }
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
+_WORDS = re.compile(rb"\A(\s*<\?xml[^>]*\?>)[^<]+")
 # An attribute's value that the next attribute follows without a blank.
 _JOINED = re.compile(rb"""(=\s*(?:"[^"<]*"|'[^'<]*'))(?=[A-Za-z_])""")
 
@@ -66,8 +67,9 @@ def read(urdf: bytes, scale: float) -> Description:
 
 
 def separated(xml: bytes) -> bytes:
-    """With a blank between attributes, which Bullet's reader does not ask for."""
-    return _JOINED.sub(rb"\1 ", xml)
+    """With a blank between attributes, which Bullet's reader does not ask for, and without words between the declaration and the
+    document, which it passes over."""
+    return _JOINED.sub(rb"\1 ", _WORDS.sub(rb"\1\n", xml))
 
 
 def with_numbers(urdf: bytes) -> tuple[bytes, list[str]]:

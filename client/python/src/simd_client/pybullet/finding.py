@@ -16,10 +16,9 @@ _SCHEMES = ("package://", "model://", "file://")
 
 
 def places(name: str, search_paths: Sequence[str]) -> list[Path]:
-    """Where a file of that name may be, in PyBullet's order. Below a search path `/` leads nowhere else."""
-    near = [Path(folder) / name for folder in _DATA]
-    # An absolute path is one place, whatever it is joined to.
-    return list(dict.fromkeys([*near, *(Path(folder) / name.lstrip("/") for folder in search_paths)]))
+    """Where a file of that name may be, in PyBullet's order: as it is named, then below each folder, where `/` leads nowhere else."""
+    below = name.lstrip("/")
+    return list(dict.fromkeys([Path(name), *(Path(folder) / below for folder in (*_DATA, *search_paths))]))
 
 
 class BulletLocator(Locator):
