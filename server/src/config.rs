@@ -96,6 +96,8 @@ pub struct Autosave {
     pub every: Duration,
     /// Whether the daemon starts with the saved world, and not with the robots of its configuration.
     pub restore: bool,
+    /// Whether the daemon chose the file, and makes its folder.
+    pub is_made: bool,
 }
 
 /// PEM files for TLS.
@@ -302,7 +304,8 @@ fn read(
     variables: impl IntoIterator<Item = (OsString, OsString)>,
 ) -> Result<draft::Draft, ConfigError> {
     let flags = flags::Flags::read(flags::command("simd"), args)?;
-    let mut draft = draft::Draft::default();
+    let variables: Vec<(OsString, OsString)> = variables.into_iter().collect();
+    let mut draft = draft::Draft::beginning(environment::state_folder(&variables));
     if let Some(path) = flags.file() {
         file::apply(&mut draft, path)?;
     }

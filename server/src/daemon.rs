@@ -5,6 +5,7 @@
 
 mod autosave;
 mod error;
+mod folders;
 mod open_files;
 mod service_manager;
 mod signals;
@@ -21,7 +22,7 @@ use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
-use crate::config::{Autosave, Config, Robot};
+use crate::config::{Autosave, Config};
 use crate::grpc::{FrontEndThreads, Listeners, Tls, UnixSocket};
 use crate::http;
 use crate::ros2;
@@ -30,7 +31,8 @@ pub use error::Error;
 use service_manager::ServiceManager;
 use signals::{SignalAction, Signals};
 use simd_world::access::Access;
-use simd_world::handle::{CallError, SimHandle};
+use simd_world::handle::SimHandle;
+use simd_world::loading::Loader;
 
 /// Maximum time for calls and streams to end after a drain begins; then they are cut off.
 const DRAIN: Duration = Duration::from_millis(2200);
@@ -58,10 +60,8 @@ pub struct Running {
 /// # Errors
 /// Returns an error if an address, a folder or a robot of the configuration cannot be used.
 pub async fn start(config: Config) -> Result<Running, Error> {
-    let loader = world::loader(&config)?;
-    let access = config.tokens.clone().map_or_else(|| Ok(Access::open()), Access::from_file);
-    let access = access.map_err(Error::Security)?;
-    let tls = config.tls.clone().map(Tls::read).transpose().map_err(Error::Security)?.map(Arc::new);
+    let Files { loader, access, tls } = read(&config)?;
+    folders::make(&config)?;
     let listen = |source| Error::Listen { address: config.listen.to_string(), source };
     let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
     let address = listener.local_addr().map_err(listen)?;
@@ -108,21 +108,33 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     Ok(Running { handle, address, unix_socket, tls, zenoh, ros2, server, autosave: config.autosave })
 }
 
-/// Checks without a daemon that the files of a configuration can be used: certificates, tokens, robots.
+/// What a start reads before it takes an address.
+struct Files {
+    loader: Loader,
+    access: Access,
+    tls: Option<Arc<Tls>>,
+}
+
+fn read(config: &Config) -> Result<Files, Error> {
+    let loader = world::loader(config)?;
+    let access = config.tokens.clone().map_or_else(|| Ok(Access::open()), Access::from_file);
+    let access = access.map_err(Error::Security)?;
+    let tls = config.tls.clone().map(Tls::read).transpose().map_err(Error::Security)?.map(Arc::new);
+    folders::judge(config)?;
+    Ok(Files { loader, access, tls })
+}
+
+/// Starts a daemon as far as it can without an address: reads all files, and loads the robots into a world that never runs.
+/// An autosave stays as it is.
 ///
 /// # Errors
-/// Returns the error that would prevent a start.
-pub fn check(config: Config) -> Result<(), Error> {
-    let access = config.tokens.map_or_else(|| Ok(Access::open()), Access::from_file);
-    access.map_err(Error::Security)?;
-    config.tls.map(Tls::read).transpose().map_err(Error::Security)?;
-    for Robot { path, .. } in config.robots {
-        if let Err(error) = std::fs::metadata(&path) {
-            let source = CallError::FileNotFound { message: error.to_string() };
-            return Err(Error::Robot { path, source });
-        }
-    }
-    Ok(())
+/// Returns the error that would keep a daemon from starting.
+pub async fn check(config: Config) -> Result<(), Error> {
+    let Files { loader, access, tls: _ } = read(&config)?;
+    let handle = world::open(&config, loader, access)?;
+    let loaded = world::load_robots(&config, &handle).await;
+    handle.end_driver();
+    loaded
 }
 
 impl Running {

@@ -119,10 +119,18 @@ fn run(log: &Log) -> ExitCode {
 fn answer(log: &Log, asked: config::Asked) -> ExitCode {
     let text = match asked {
         config::Asked::Text(text) => text,
-        config::Asked::Check(path, config) => match daemon::check(*config) {
-            Ok(()) => format!("{}: a daemon can be started with it\n", path.display()),
-            Err(error) => return complain(log, &error, 3),
-        },
+        config::Asked::Check(path, config) => {
+            let runtime = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
+                Ok(runtime) => runtime,
+                Err(error) => return complain(log, &error, 1),
+            };
+            let checked = runtime.block_on(daemon::check(*config));
+            runtime.shutdown_timeout(SHUTDOWN_TIMEOUT);
+            match checked {
+                Ok(()) => format!("{}: a daemon can be started with it\n", path.display()),
+                Err(error) => return complain(log, &error, 3),
+            }
+        }
     };
     let _ = write!(std::io::stdout(), "{text}");
     ExitCode::SUCCESS

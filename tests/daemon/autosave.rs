@@ -70,6 +70,15 @@ async fn a_daemon_that_is_started_again_goes_on_where_it_was() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_autosave_without_a_file_is_kept_below_the_users_state_by_the_daemons_name() {
+    let mut daemon = Process::start(["--name", "lab", "--autosave", "--paused"]).await;
+    let file = daemon.home().join("state/simd/lab.simdstate");
+    daemon.signal("TERM").await;
+    assert_eq!(daemon.ended().await.0.code(), Some(0));
+    assert!(file.is_file());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_daemon_that_is_killed_while_it_saves_leaves_a_whole_file() {
     let home = Home::new();
     let file = autosave(&home);

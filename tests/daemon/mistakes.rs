@@ -118,3 +118,33 @@ async fn a_robot_that_cannot_be_loaded_at_the_start_exits_with_5() {
     let transcript = transcript(&home, 5, &lines).await;
     assert_snapshot("bad_robots", transcript.text(), &[]);
 }
+
+/// A check finds whatever a start would refuse, but for addresses that are in use.
+#[tokio::test]
+async fn a_check_refuses_what_a_start_refuses_in_the_same_words() {
+    let home = Home::new();
+    let robot = |more: &str| {
+        let arm = simd_tests::robots::assets().join("Bench_Arm-1.2 rev B");
+        format!("[[robots]]\npath = \"{}\"\nfixed = true\n{more}\n", arm.display())
+    };
+    let files = [
+        ("unknown_joint.toml", robot("positions = { wrist = 0.5 }")),
+        ("two_of_one_name.toml", robot("name = \"arm\"") + &robot("name = \"arm\"")),
+        ("missing_robot.toml", "[[robots]]\npath = \"nowhere\"\n".to_owned()),
+        ("no_folder.toml", "[recording]\ndirectory = \"missing\"\n".to_owned()),
+        ("no_folder_of_autosave.toml", "[autosave]\nfile = \"missing/world.simdstate\"\n".to_owned()),
+        ("empty_tokens.toml", "tokens = \"missing\"\n".to_owned()),
+    ];
+    for (name, text) in files {
+        let path = home.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        let path = path.to_str().unwrap();
+        let started = refused(&home, &["--listen", "127.0.0.1:0", "--config", path]).await;
+        let checked = home.run("simd", ["config", "check", path]).await;
+        assert_eq!((checked.code, &checked.err), (3, &started.err), "{name}");
+    }
+    let path = home.path().join("right.toml");
+    std::fs::write(&path, robot("positions = { shoulder = 0.5 }")).unwrap();
+    let checked = home.run("simd", ["config", "check", path.to_str().unwrap()]).await;
+    assert_eq!(checked.code, 0, "{}", checked.err);
+}

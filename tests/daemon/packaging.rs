@@ -210,3 +210,18 @@ async fn each_program_writes_its_manual() {
     assert!(page("simctl-joint-set.1").contains(".TH simctl-joint-set 1"), "{}", page("simctl-joint-set.1"));
     assert!(!folder.join("simctl-man.1").exists(), "it is for packages alone");
 }
+
+/// systemd makes the folder of `StateDirectory` and names it in the environment.
+#[test]
+fn recordings_and_autosaves_of_units_are_in_their_state_directory() {
+    for (unit, folder) in UNITS.into_iter().zip(["/var/lib/simd", "/var/lib/simd/%i"]) {
+        let text = read(&format!("systemd/{unit}"));
+        let value = |key: &str| text.lines().find_map(|line| line.strip_prefix(key)).unwrap();
+        assert_eq!(format!("/var/lib/{}", value("StateDirectory=")), folder);
+        assert_eq!(value("WorkingDirectory="), folder);
+        let variables = [(OsString::from("STATE_DIRECTORY"), OsString::from(folder))];
+        let config = Config::read(["simd", "--autosave"].map(OsString::from), variables).unwrap();
+        assert_eq!(config.recording.directory, Some(PathBuf::from(folder).join("recordings")));
+        assert_eq!(config.autosave.unwrap().file, PathBuf::from(folder).join("simd.simdstate"));
+    }
+}

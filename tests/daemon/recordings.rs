@@ -15,7 +15,21 @@ async fn recording_daemon() -> (Process, Client, TempDir) {
     (daemon, client, folder)
 }
 
-/// Sends commands and steps until the recording has this many bytes on the disk.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_daemon_that_is_told_no_folder_keeps_recordings_below_the_users_state() {
+    let daemon = Process::start(["--config", "tests/assets/demo.toml"]).await;
+    let recordings = daemon.home().join("state/simd/recordings");
+    let listed = daemon.simctl(["record", "list"]).await;
+    assert_eq!(listed.code, 0, "{}", listed.err);
+    assert!(!recordings.exists(), "the first recording makes the folder");
+    let started = daemon.simctl(["record", "start", "run"]).await;
+    assert_eq!(started.code, 0, "{}", started.err);
+    let stopped = daemon.simctl(["record", "stop"]).await;
+    assert_eq!(stopped.code, 0, "{}", stopped.err);
+    assert!(recordings.join("run.mcap").is_file());
+}
+
+/// Commands and steps until the recording has so many bytes on the disk.
 async fn fill(client: &Client, bytes: u64) {
     let robot = client.robots().await.unwrap()[0].name.clone();
     let joint = client.joint_layout(&robot).await.unwrap().joints[0].name.clone();

@@ -132,6 +132,8 @@ impl Home {
             .env("PATH", std::env::join_paths(folders).unwrap_or(inherited.clone()))
             .env("HOME", self.path())
             .env("XDG_CONFIG_HOME", self.path())
+            .env("XDG_STATE_HOME", self.path().join("state"))
+            .env_remove("STATE_DIRECTORY")
             .env_remove("SIMD_ENDPOINT")
             .env_remove("SIMD_TOKEN")
             .env_remove("SIMD_TLS_CA")
@@ -251,7 +253,12 @@ impl Process {
         Self { endpoint, locator, child, log, _stdout: stdout, home }
     }
 
-    /// Returns its process id; `None` once it has ended.
+    /// The folder of the user that runs it.
+    pub fn home(&self) -> &Path {
+        self.home.path()
+    }
+
+    /// Its number; none once it has ended.
     pub fn pid(&self) -> Option<u32> {
         self.child.id()
     }

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import re
 import selectors
+import shutil
 import subprocess
+import tempfile
 import time
 from pathlib import Path
 from types import TracebackType
@@ -26,8 +28,11 @@ class Daemon:
             )
         self.name = name
         command = [str(BINARY), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", locator]
+        self._home = tempfile.mkdtemp(prefix="simd-")
+        # Recordings go where the test ends them.
+        environment = {**os.environ, "STATE_DIRECTORY": self._home}
         self.process = subprocess.Popen(
-            [*command, "--log", "error", *arguments], stdout=subprocess.PIPE, text=True
+            [*command, "--log", "error", *arguments], stdout=subprocess.PIPE, text=True, env=environment
         )
         self.endpoint = self._ready()
 
@@ -38,6 +43,8 @@ class Daemon:
             selector.register(self.process.stdout, selectors.EVENT_READ)
             line = self.process.stdout.readline() if selector.select(START_SECONDS) else ""
         locator = re.search(r"\b((?:tcp|tls)/\S+:\d+)", line)
+        page = re.search(r"\bhttps?://\S+:\d+", line)
+        self.page = page.group(0) if page else ""
         if locator is None:
             self.kill()
             raise RuntimeError(f"the daemon did not say where it listens for Zenoh: {line!r}")
@@ -59,6 +66,7 @@ class Daemon:
         finally:
             if self.process.stdout is not None:
                 self.process.stdout.close()
+            shutil.rmtree(self._home, ignore_errors=True)
 
     def __enter__(self) -> Daemon:
         return self

@@ -74,7 +74,7 @@ export class Daemon {
     const all = ["--listen", listen, "--zenoh", "off", "--log", "warn", ...flags];
     const child = spawn(BINARY, all, {
       cwd: REPOSITORY,
-      env: { ...process.env, HOME: home, XDG_CONFIG_HOME: home },
+      env: { ...process.env, HOME: home, XDG_CONFIG_HOME: home, XDG_STATE_HOME: home },
       stdio: ["ignore", "pipe", "inherit"],
     });
     const lines = createInterface({ input: child.stdout });

@@ -43,6 +43,9 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub(super) struct Draft {
     pub(super) config: Config,
+    /// The folder for files that the daemon keeps.
+    pub(super) state: Option<PathBuf>,
+    pub(super) autosave_enabled: bool,
     pub(super) autosave_file: Option<PathBuf>,
     pub(super) autosave_every: Duration,
     pub(super) autosave_restore: bool,
@@ -56,11 +59,13 @@ pub(super) struct Draft {
 
 impl Default for Draft {
     fn default() -> Self {
-        let (config, autosave_file, certificate, key, client_authorities, folder, origins) =
+        let (config, state, autosave_file, certificate, key, client_authorities, folder, origins) =
             Default::default();
-        let (autosave_every, autosave_restore) = (Duration::from_secs(60), false);
+        let (autosave_enabled, autosave_every, autosave_restore) = (false, Duration::from_secs(60), false);
         Self {
             config,
+            state,
+            autosave_enabled,
             autosave_file,
             autosave_every,
             autosave_restore,
@@ -74,7 +79,12 @@ impl Default for Draft {
 }
 
 impl Draft {
-    /// Sets a value, over an earlier one.
+    /// The defaults, with a folder for files that the daemon keeps.
+    pub(super) fn beginning(state: Option<PathBuf>) -> Self {
+        Self { state, ..Self::default() }
+    }
+
+    /// Puts a value over what was there.
     pub(super) fn set(&mut self, key: &Key, value: Value, origin: Origin) -> Result<(), ConfigError> {
         key.set(self, value).map_err(|sentence| origin.mistake(&sentence))?;
         self.origins.insert(key.path, origin);
@@ -89,8 +99,13 @@ impl Draft {
     /// Finishes the draft: sets defaults that follow from other values, and checks values together.
     pub(super) fn finish(mut self) -> Result<Self, ConfigError> {
         self.settle_shares();
-        let (every, restore) = (self.autosave_every, self.autosave_restore);
-        self.config.autosave = self.autosave_file.clone().map(|file| Autosave { file, every, restore });
+        let recording = &mut self.config.recording;
+        if recording.directory.is_none() {
+            recording.directory = self.state.as_ref().map(|folder| folder.join("recordings"));
+            recording.is_made = true;
+        }
+        let autosave = ["autosave.enabled", "autosave.restore"];
+        self.config.autosave = self.autosave().map_err(|sentence| self.mistake(&autosave, &sentence))?;
         let tls = ["tls.certificate", "tls.key", "tls.client_authorities"];
         self.config.tls = self.tls_files().map_err(|sentence| self.mistake(&tls, &sentence))?;
         let shares = ["max", "max_per_peer", "loopback_reserve", "max_http1"]
@@ -136,6 +151,21 @@ impl Draft {
         limits.description_bytes = limits.description_bytes.min(limits.reading.urdf_bytes as u64);
         limits.asset_bytes = limits.asset_bytes.min(limits.reading.mesh_bytes as u64);
         limits.links = u32::try_from(limits.reading.links).unwrap_or(u32::MAX);
+    }
+
+    fn autosave(&self) -> Result<Option<Autosave>, String> {
+        let (every, restore) = (self.autosave_every, self.autosave_restore);
+        let (file, is_made) = match (&self.autosave_file, &self.state) {
+            (Some(file), _) => (file.clone(), false),
+            (None, _) if !self.autosave_enabled && !restore => return Ok(None),
+            (None, Some(folder)) => (folder.join(format!("{}.simdstate", self.config.name)), true),
+            (None, None) => {
+                return Err(
+                    "there is no home for the autosave: give autosave.file, or set XDG_STATE_HOME".into()
+                );
+            }
+        };
+        Ok(Some(Autosave { file, every, restore, is_made }))
     }
 
     fn tls_files(&self) -> Result<Option<TlsFiles>, String> {

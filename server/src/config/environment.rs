@@ -1,6 +1,7 @@
 //! Environment variables: `SIMD_` and a key's path, in capitals, with `_` for the dot.
 
 use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use super::ConfigError;
 use super::draft::{Draft, Origin};
@@ -9,8 +10,23 @@ use super::keys::{KEYS, TABLES};
 /// Variables of clients with a prefix of the daemon's tables.
 const OF_CLIENTS: [&str; 3] = ["SIMD_TLS_CA", "SIMD_TLS_CLIENT_CERT", "SIMD_TLS_CLIENT_KEY"];
 
-/// Applies the variables to the draft. Variables of clients, such as `SIMD_TOKEN`, are ignored. A variable
-/// with the prefix of a table that is not one of its keys is a mistake.
+/// Returns the folder for files that the daemon keeps: the folder that a service manager gives it, else `$XDG_STATE_HOME/simd`,
+/// else `~/.local/state/simd`. `None` without a home.
+pub(super) fn state_folder(variables: &[(OsString, OsString)]) -> Option<PathBuf> {
+    let folder = |wanted: &str| {
+        let value = variables.iter().find(|(name, _)| name == wanted)?.1.to_str()?;
+        // systemd lists several folders with colons.
+        let first = Path::new(value.split(':').next()?);
+        first.is_absolute().then(|| first.to_owned())
+    };
+    let of_user = || {
+        Some(folder("XDG_STATE_HOME").or_else(|| Some(folder("HOME")?.join(".local/state")))?.join("simd"))
+    };
+    folder("STATE_DIRECTORY").or_else(of_user)
+}
+
+/// Puts what the variables say over the draft. Variables of clients, such as `SIMD_TOKEN`, are none of ours; one that
+/// begins like those of a table and is none of its keys is a mistake.
 pub(super) fn apply(
     draft: &mut Draft,
     variables: impl IntoIterator<Item = (OsString, OsString)>,

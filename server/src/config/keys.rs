@@ -333,8 +333,18 @@ fn realtime() -> Vec<Key> {
 fn autosave() -> Vec<Key> {
     vec![
         Key::new(
+            "autosave.enabled",
+            "whether the world is saved as it runs. A `file`, or `restore`, saves it too",
+            Access::Switch(
+                |draft| draft.autosave_enabled,
+                |draft, is_enabled| draft.autosave_enabled = is_enabled,
+            ),
+        )
+        .flag("autosave"),
+        Key::new(
             "autosave.file",
-            "file of the saved world, which is replaced as a whole; left out: no autosave",
+            "where the world is saved. It is written beside and renamed. Left out: `NAME.simdstate` in `$STATE_DIRECTORY`, as \
+             services have it, or in `$XDG_STATE_HOME/simd`, else in `~/.local/state/simd`; the daemon makes the folder",
             Access::File(|draft| &mut draft.autosave_file),
         )
         .example("\"/var/lib/simd/autosave.simdstate\""),
@@ -356,7 +366,8 @@ fn recording() -> Vec<Key> {
     vec![
         Key::new(
             "recording.directory",
-            "folder of recordings; left out: recordings are disabled",
+            "the folder where recordings are kept. Left out: `recordings` in `$STATE_DIRECTORY`, as services have it, or in \
+             `$XDG_STATE_HOME/simd`, else in `~/.local/state/simd`; the first recording makes the folder",
             Access::File(|draft| &mut draft.config.recording.directory),
         )
         .flag("recordings")

@@ -382,3 +382,32 @@ fn mistakes_about_ros_2_name_the_key() {
         assert!(sentence.contains(part), "{text}: {sentence}");
     }
 }
+
+#[test]
+fn the_folder_of_the_state_is_the_services_else_the_users() {
+    let read = |variables: &[(&str, &str)], flags: &str| {
+        let args = std::iter::once("simd").chain(flags.split_whitespace()).map(OsString::from);
+        let variables: Vec<_> = variables.iter().map(|(name, value)| (name.into(), value.into())).collect();
+        Config::read(args, variables)
+    };
+    let recordings = |variables: &[(&str, &str)]| read(variables, "").unwrap().recording.directory;
+    let (service, user, home) = (
+        ("STATE_DIRECTORY", "/var/lib/simd:/var/lib/other"),
+        ("XDG_STATE_HOME", "/state"),
+        ("HOME", "/home/me"),
+    );
+    assert_eq!(recordings(&[service, user, home]), Some("/var/lib/simd/recordings".into()));
+    assert_eq!(recordings(&[user, home]), Some("/state/simd/recordings".into()));
+    assert_eq!(
+        recordings(&[("XDG_STATE_HOME", "relative"), home]),
+        Some("/home/me/.local/state/simd/recordings".into())
+    );
+    assert_eq!(recordings(&[]), None);
+    let autosave = |flags: &str| read(&[service], flags).unwrap().autosave.map(|autosave| autosave.file);
+    assert_eq!(autosave(""), None);
+    assert_eq!(autosave("--autosave --name lab"), Some("/var/lib/simd/lab.simdstate".into()));
+    assert_eq!(autosave("--set autosave.restore=true"), Some("/var/lib/simd/simd.simdstate".into()));
+    assert_eq!(autosave("--set autosave.file=/srv/world"), Some("/srv/world".into()));
+    let lost = read(&[], "--autosave").unwrap_err().to_string();
+    assert!(lost.contains("autosave.file") && lost.contains("XDG_STATE_HOME"), "{lost}");
+}

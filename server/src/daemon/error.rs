@@ -16,7 +16,17 @@ pub enum Error {
         /// Error of the system.
         source: std::io::Error,
     },
-    /// The daemon cannot listen on the address or the socket.
+    /// A folder is missing or takes no file.
+    #[error("{key}: {folder}: {source}; make the folder, or name another one", folder = folder.display())]
+    Folder {
+        /// The key of the configuration that names it.
+        key: &'static str,
+        /// As the operator wrote it.
+        folder: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// The address or the socket cannot be listened on.
     #[error("cannot listen on {address}: {source}")]
     Listen {
         /// Address as the operator wrote it.
@@ -60,7 +70,7 @@ impl Error {
             Self::AssetRoot { .. } | Self::System(_) | Self::Driver(_) | Self::Server(_) | Self::CutOff => 1,
             Self::Listen { .. } => 4,
             Self::Robot { .. } => 5,
-            Self::Security(_) => 3,
+            Self::Security(_) | Self::Folder { .. } => 3,
             Self::Zenoh(error) => error.exit_code(),
         }
     }

@@ -4,7 +4,8 @@ use simd_core::Command;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::*;
-use simd_world::handle::RunState;
+use crate::config::Robot;
+use simd_world::handle::{CallError, RunState};
 
 fn config() -> Config {
     Config { listen: "127.0.0.1:0".parse().unwrap(), zenoh: crate::config::Zenoh::off(), ..Config::default() }
@@ -66,7 +67,7 @@ fn saved_in(file: &Path) -> Config {
     let mut config = config();
     config.driver.state = RunState::Paused;
     let every = Duration::from_secs(3600);
-    config.autosave = Some(Autosave { file: file.into(), every, restore: true });
+    config.autosave = Some(Autosave { file: file.into(), every, restore: true, is_made: false });
     config
 }
 

@@ -61,9 +61,9 @@ pub(crate) async fn fill(config: &Config, handle: &SimHandle) -> Result<(), Erro
         Some(autosave) => autosave::restore(handle, autosave).await,
         None => false,
     };
-    // A saved world already has its robots.
-    for robot in config.robots.iter().filter(|_| !restored) {
-        load(handle, robot.clone()).await?;
+    // A saved world has its robots.
+    if !restored {
+        load_robots(config, handle).await?;
     }
     if config.driver.state != RunState::Paused {
         let driver = |error: CallError| Error::Driver(error.to_string());
@@ -72,7 +72,18 @@ pub(crate) async fn fill(config: &Config, handle: &SimHandle) -> Result<(), Erro
     Ok(())
 }
 
-/// Returns the cause of a failed start: the given error, or a panic behind it. Ends the driver.
+/// Loads the robots of the configuration.
+///
+/// # Errors
+/// Returns an error for the first robot that cannot be loaded.
+pub(crate) async fn load_robots(config: &Config, handle: &SimHandle) -> Result<(), Error> {
+    for robot in &config.robots {
+        load(handle, robot.clone()).await?;
+    }
+    Ok(())
+}
+
+/// Why there is no world: what was met first, or what it comes from. Ends the driver.
 pub(crate) fn not_started(handle: &SimHandle, error: Error) -> Error {
     // If the physics thread panicked, the robot that could not be loaded is not at fault.
     let failure = handle.driver_failure().map(str::to_owned);

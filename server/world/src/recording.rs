@@ -53,7 +53,9 @@ const DEFAULT_PICTURE_BYTES: u64 = 32 << 20;
 pub struct Settings {
     /// Folder; `None` disables recordings.
     pub directory: Option<PathBuf>,
-    /// Maximum bytes of all recordings together.
+    /// Whether the first recording makes the folder.
+    pub is_made: bool,
+    /// Of all of them together.
     pub max_bytes: u64,
     /// Maximum bytes per second of all cameras' pictures, before compression by the file; 0 disables
     /// pictures.
@@ -62,7 +64,12 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { directory: None, max_bytes: DEFAULT_MAX_BYTES, picture_bytes: DEFAULT_PICTURE_BYTES }
+        Self {
+            directory: None,
+            is_made: false,
+            max_bytes: DEFAULT_MAX_BYTES,
+            picture_bytes: DEFAULT_PICTURE_BYTES,
+        }
     }
 }
 
@@ -184,8 +191,8 @@ impl Recordings {
 
     fn directory(&self) -> Result<&Path, CallError> {
         self.settings.directory.as_deref().ok_or_else(|| impossible(
-            "no folder for recordings is configured; give the daemon --recordings FOLDER, or `directory` in [recording] of \
-             its configuration file",
+            "the daemon has no folder for recordings, since it has no home; give it --recordings FOLDER, or `directory` in \
+             [recording] of its configuration file",
         ))
     }
 
@@ -230,7 +237,8 @@ impl Recordings {
         sources: RecordingSources,
         running: Running,
     ) -> Result<(), CallError> {
-        let there = list(&directory).map_err(|error| unusable(&directory, &error))?;
+        let made = if self.settings.is_made { fs::create_dir_all(&directory) } else { Ok(()) };
+        let there = made.and_then(|()| list(&directory)).map_err(|error| unusable(&directory, &error))?;
         if there.iter().any(|other| *other.name == *running.name) {
             return Err(CallError::RecordingExists { name: running.name.to_string() });
         }
@@ -274,7 +282,11 @@ impl Recordings {
     /// Returns an error if no folder is configured, or it cannot be read.
     pub(crate) fn list(&self) -> Result<Vec<RecordingInfo>, CallError> {
         let directory = self.directory()?;
-        let mut all = list(directory).map_err(|error| unusable(directory, &error))?;
+        let mut all = match list(directory) {
+            // The first recording makes it.
+            Err(error) if self.settings.is_made && error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+            listed => listed.map_err(|error| unusable(directory, &error))?,
+        };
         if let Some(running) = self.running() {
             let is_it = |info: &&mut RecordingInfo| *info.name == *running.name;
             if let Some(info) = all.iter_mut().find(is_it) {
