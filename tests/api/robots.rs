@@ -61,6 +61,23 @@ async fn a_report_names_what_a_robot_was_loaded_into_and_a_free_place(via: Via) 
     assert_eq!(overlaps(&third), Vec::<String>::new(), "at {place}");
 }
 
+async fn a_free_robot_in_a_world_without_ground_is_said_to_fall_and_how_to_hold_it(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let package = assets().join("Bench_Arm-1.2 rev B");
+    let said = async |name: &str, base: proto::Base| {
+        let request = proto::SpawnEntityRequest { base: base.into(), ..fixed(name) };
+        let spawned = daemon.client.load(&package, request).await.unwrap();
+        let falls =
+            spawned.report.findings.into_iter().find(|finding| finding.message.contains("so it falls"));
+        falls.map(|finding| (finding.element, finding.message))
+    };
+    let (element, message) = said("free", proto::Base::Free).await.unwrap();
+    assert_eq!(element, "robot \"free\"");
+    assert!(message.contains("`simctl robot shape plane`") && message.contains("--fixed"), "{message}");
+    assert_eq!(said("held", proto::Base::Fixed).await, None);
+    assert_eq!(said("above", proto::Base::Free).await, None, "a fixed robot may hold it");
+}
+
 /// The second upload of the same package sends no file: the daemon has them by hash.
 async fn what_the_daemon_has_is_not_sent_again(via: Via) {
     let daemon = arm(via).await;
@@ -169,6 +186,7 @@ crate::over_every_transport![
     a_solidworks_export_loads_without_a_warning_and_says_what_it_is,
     names_with_spaces_work_from_the_folder_to_the_target,
     a_report_names_what_a_robot_was_loaded_into_and_a_free_place,
+    a_free_robot_in_a_world_without_ground_is_said_to_fall_and_how_to_hold_it,
     what_the_daemon_has_is_not_sent_again,
     a_robot_can_be_watched_on_its_way_in,
     a_ball_and_a_box_are_spawned_without_a_description,

@@ -248,7 +248,7 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
     warn_of(&spawned.report, package.as_ref());
     // Some of several robots are mostly fixed: the file decides.
     if spawned.entity.base() == Base::Free && !is_base_given && spawned.others.is_empty() {
-        hint("its base is free, so it falls; --fixed holds it in place");
+        hint("its base is free; --fixed holds it in place");
     }
     output.one(&Loaded::from(spawned))
 }

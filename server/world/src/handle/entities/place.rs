@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use glamx::DVec3;
 use simd_core::simulation::spawn_overlaps::SpawnOverlap;
 use simd_core::simulation::terrain_penetration::TerrainPenetration;
 use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity};
@@ -26,6 +27,10 @@ impl SimHandle {
         let newest = self.newest();
         let found = newest.state.entity(name).filter(|(_, entity)| Arc::ptr_eq(&entity.model, model));
         let Some((robot, _)) = found else { return };
+        // Shapes of requests are thrown about on purpose.
+        if self.description_of_model(model).is_some() {
+            report.findings.extend(falls(&newest, robot));
+        }
         let own_name = name.to_owned();
         let look = move |cancelled: &Cancelled| {
             let Published { state, physics, .. } = &*newest;
@@ -51,6 +56,24 @@ impl SimHandle {
         let looked = tokio::time::timeout(LOOK_TIME, self.heavy(look)).await;
         report.findings.extend(looked.ok().and_then(Result::ok).unwrap_or_default());
     }
+}
+
+/// Says that a free robot falls, unless something in the world can hold it.
+fn falls(newest: &Published, robot: usize) -> Option<Finding> {
+    let entities = &newest.state.world.entities;
+    let fallen = entities.get(robot).filter(|entity| !entity.fixed_base)?;
+    let has_ground = entities.iter().any(|entity| entity.fixed_base && !entity.shapes.is_empty());
+    if newest.physics.gravity == DVec3::ZERO || has_ground {
+        return None;
+    }
+    let name = &fallen.name;
+    Some(warning(
+        format!("robot {name:?}"),
+        format!(
+            "its base is free and the world has no ground, so it falls: add ground with `simctl robot shape plane`, or delete \
+             {name:?} and load it with a fixed base (`simctl robot load --fixed`)"
+        ),
+    ))
 }
 
 fn warning(element: String, message: String) -> Finding {
