@@ -6,6 +6,7 @@
 mod autosave;
 mod error;
 mod folders;
+mod memory;
 mod open_files;
 mod service_manager;
 mod signals;

@@ -100,6 +100,14 @@ fn run(log: &Log) -> ExitCode {
             lines.with_env_filter(filter).json().with_current_span(true).with_span_list(false).init()
         }
     }
+    let limit = usize::try_from(config.limits.memory_limit).unwrap_or(usize::MAX);
+    if limit > 0 && HEAP.set_limit(limit).is_err() {
+        log.say(&format!(
+            "simd: service.memory_limit is {limit}; the daemon has allocated {} already",
+            HEAP.allocated()
+        ));
+        return ExitCode::from(3);
+    }
     config.driver.real_time.keep_others_off();
     let threads = BLOCKING_THREADS + std::thread::available_parallelism().map_or(1, usize::from);
     let mut builder = tokio::runtime::Builder::new_multi_thread();

@@ -15,6 +15,7 @@ mod faults;
 mod floods;
 mod logs;
 mod markers;
+mod memory;
 mod mistakes;
 mod network;
 mod operator;

@@ -6,7 +6,7 @@ use simd_core::Simulation;
 use simd_core::simulation::WorldLimits;
 use simd_model::Severity;
 
-use super::{Error, autosave};
+use super::{Error, autosave, memory};
 use crate::config::{Autosave, Config, Robot};
 use simd_api::convert::to_proto;
 use simd_world::access::Access;
@@ -96,6 +96,9 @@ pub(crate) fn keep(config: &Config, handle: &SimHandle) {
     tokio::spawn(handle.clone().keep_tidy());
     tokio::spawn(handle.clone().measure_scans());
     tokio::spawn(handle.clone().order_pictures());
+    if config.limits.memory_limit > 0 {
+        tokio::spawn(memory::watch(handle.clone(), config.autosave.clone()));
+    }
     if let Some(autosave) = config.autosave.clone() {
         tokio::spawn(autosave::keep(handle.clone(), autosave));
     }

@@ -75,7 +75,9 @@ pub struct DaemonLimits {
     pub drawing_time: Duration,
     /// Maximum bytes of answers that clients have yet to read, on all transports.
     pub unread_bytes: u64,
-    /// Maximum number of descriptions and files that wait to be read.
+    /// Bytes that the daemon may allocate. 0: no limit.
+    pub memory_limit: u64,
+    /// Descriptions and files that wait to be read.
     pub waiting_descriptions: usize,
     /// Maximum number of Zenoh queries in progress.
     pub zenoh_queries: usize,
@@ -137,6 +139,7 @@ impl Default for DaemonLimits {
             picture_bytes: 256 << 20,
             drawing_time: Duration::from_secs(5),
             unread_bytes: 160 << 20,
+            memory_limit: 0,
             waiting_descriptions: 64,
             zenoh_queries: 1_024,
             zenoh_streams: 512,

@@ -17,7 +17,14 @@ pub fn heap_bytes() -> Option<usize> {
     ALLOCATED.get().map(|allocated| allocated())
 }
 
-/// Returns the resident memory, bytes.
+/// Returns what is allocated, if it is more than seven eighths of the limit: the last eighth is for calls under way. A limit of 0 is
+/// none.
+pub fn full_heap(limit: u64) -> Option<u64> {
+    let allocated = heap_bytes()? as u64;
+    (limit > 0 && allocated > limit / 8 * 7).then_some(allocated)
+}
+
+/// Memory that it has.
 pub fn resident_bytes() -> Option<u64> {
     let text = fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;

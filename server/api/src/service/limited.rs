@@ -75,6 +75,9 @@ impl<S> Limited<S> {
         let stream = if is_stream { handle.count_stream(&reader.account)? } else { None };
         let expected = method.map_or(0, |method| handle.unread_answers().expected(&method.path));
         let is_large = expected >= LARGE && reader.account != Account::Process;
+        if is_large || method.is_some_and(takes_memory) {
+            handle.check_memory()?;
+        }
         let held = weight(if is_large { expected } else { 0 });
         let unread = handle.unread_answers().hold(reader, held)?;
         Ok(Admitted { method, stream, is_large, unread })
@@ -121,10 +124,39 @@ impl Admitted {
     }
 }
 
-/// Returns whether a method answers from the daemon's present data, without waiting.
+/// Methods that bring or make what stays in memory.
+const TAKE_MEMORY: [&str; 17] = [
+    "AddMarkers",
+    "AddParameter",
+    "CreateSensor",
+    "ExpandXacro",
+    "ExportSavedState",
+    "FollowTrajectory",
+    "GetPicture",
+    "ImportSavedState",
+    "PrepareDescription",
+    "PutPicture",
+    "ReloadEntity",
+    "Rollout",
+    "SaveState",
+    "SpawnEntity",
+    "SpawnEntityWithProgress",
+    "UploadAsset",
+    "ValidateDescription",
+];
+
+fn takes_memory(method: &Method) -> bool {
+    TAKE_MEMORY.contains(&name_of(method))
+}
+
+fn name_of(method: &Method) -> &str {
+    method.path.rsplit('/').next().unwrap_or_default()
+}
+
+/// Whether a method makes its answer from what the daemon has, and waits for nothing.
 fn is_read_at_once(method: &Method) -> bool {
-    let name = method.path.rsplit('/').next().unwrap_or_default();
-    // These wait for work on other threads anyway.
+    let name = name_of(method);
+    // These wait for work that is done apart anyway.
     let waits = ["GetPicture", "GetMesh", "GetRecording", "GetMassMatrix", "GetJacobian"];
     (name.starts_with("List") || name.starts_with("Get")) && !waits.contains(&name)
 }
@@ -173,5 +205,17 @@ fn account(request: &Request<Body>, transport: Transport) -> Account {
                 Account::Session(caller.map_or_else(|| "without a name".into(), |caller| caller.name))
             }
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_that_take_memory_are_methods_of_the_schema() {
+        let known: Vec<&str> = methods::all().map(|(_, name, _)| name).collect();
+        assert!(TAKE_MEMORY.iter().all(|name| known.contains(name)), "{TAKE_MEMORY:?}");
+        assert!(TAKE_MEMORY.is_sorted());
     }
 }

@@ -199,6 +199,13 @@ fn service() -> Vec<Key> {
              and a client as many as are free",
             |draft| &mut draft.config.limits.unread_bytes,
         ),
+        count(
+            "service.memory_limit",
+            0..=MANY,
+            "bytes that the daemon may allocate; 0 is no limit. Beyond seven eighths, calls that take memory are refused, and the world \
+             is saved if `autosave` is on. Beyond the limit the daemon ends",
+            |draft| &mut draft.config.limits.memory_limit,
+        ),
         count("service.waiting_pictures", 1..=4_096, "pictures that clients wait for", |draft| {
             &mut draft.config.limits.waiting_pictures
         }),

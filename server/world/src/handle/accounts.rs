@@ -113,6 +113,22 @@ impl Drop for ClientStream {
 }
 
 impl SimHandle {
+    /// Refuses a call that takes memory.
+    ///
+    /// # Errors
+    /// Returns an error if nearly all of the memory limit is allocated.
+    pub fn check_memory(&self) -> Result<(), CallError> {
+        let limit = self.info().limits.memory_limit;
+        match crate::process::full_heap(limit) {
+            Some(value) => Err(CallError::LimitExceeded {
+                what: "the memory of the daemon in bytes, for calls that take more (seven eighths of service.memory_limit)".into(),
+                value,
+                limit: limit / 8 * 7,
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Counts a call of a client.
     ///
     /// # Errors
