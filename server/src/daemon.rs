@@ -76,12 +76,6 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         false => None,
     };
 
-    let page = http::Settings {
-        bundle: http::Bundle::embedded(),
-        hosts: http::Hosts::new(&config.allow_hosts),
-        frame_ancestors: http::FrameAncestors::new(&config.frame_ancestors),
-        is_tls: tls.is_some(),
-    };
     let handle = world::open(&config, loader, access.clone())?;
     let ready = async {
         world::fill(&config, &handle).await?;
@@ -100,6 +94,16 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     tokio::spawn(handle.draining().run_until_cancelled_owned(access.keep_current()));
     let ros2 = config.ros2.enabled.then(|| ros2::start(config.ros2, &handle)).transpose();
     let ros2 = ros2.map_err(Error::System)?;
+    let page = http::Settings {
+        bundle: http::Bundle::embedded(),
+        hosts: http::Hosts::new(&config.allow_hosts),
+        frame_ancestors: http::FrameAncestors::new(&config.frame_ancestors),
+        is_tls: tls.is_some(),
+        zenoh: zenoh.as_ref().map_or_else(http::ZenohWays::default, |zenoh| http::ZenohWays {
+            listen: zenoh.locators().to_vec(),
+            routers: config.zenoh.connect.clone(),
+        }),
+    };
     let threads = FrontEndThreads::start().map_err(Error::System)?;
     let listeners = Listeners { tcp: listener, unix };
     let door = threads.door().clone();

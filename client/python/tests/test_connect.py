@@ -14,7 +14,7 @@ from daemon import ASSETS, Daemon, within
 from pretender import Pretender
 
 import simd_client
-from simd_client import DeadlineExceeded, EndpointError, SimdError, Unavailable
+from simd_client import DeadlineExceeded, EndpointError, SimdError, Unavailable, ways
 from simd_client.endpoint import Endpoint, read_endpoint
 from simd_client.link import program
 
@@ -35,7 +35,7 @@ def test_an_endpoint_is_said_by_the_program_else_by_the_environment(monkeypatch:
 
 
 @pytest.mark.parametrize(
-    "text", ["127.0.0.1:7400", "http://lab:7400", "tcp/", "tcp/a b", "tcp/lab:1#no name"]
+    "text", ["simd://", "simd://lab/a b", "http://lab:7400/x", "lab:0", "ftp://lab", "tcp/", "tcp/a b", "tcp/lab:1#no name"]
 )
 def test_what_is_no_endpoint_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(EndpointError):
@@ -52,6 +52,59 @@ def test_an_address_without_a_port_has_the_default_one(text: str, meant: str) ->
     assert str(refused.value).endswith(f" is {meant}")
     assert read_endpoint(meant) == Endpoint(meant)
     assert read_endpoint("tcp/lab:1?prio=6-7") == Endpoint("tcp/lab:1?prio=6-7")
+
+
+@pytest.mark.parametrize(
+    ("text", "locator", "name"),
+    [
+        ("simd://lab", "http://lab:7400", None),
+        ("simd://[::1]:9000/lab-2", "http://[::1]:9000", "lab-2"),
+        ("http://lab:7400/?view=1#arm", "http://lab:7400", None),
+        ("https://lab/", "https://lab:7400", None),
+        ("127.0.0.1:7400", "http://127.0.0.1:7400", None),
+        ("lab", "http://lab:7400", None),
+    ],
+)
+def test_one_endpoint_serves_all_clients(text: str, locator: str, name: str | None) -> None:
+    assert read_endpoint(text) == Endpoint(locator, name)
+
+
+def test_the_port_of_the_page_says_where_zenoh_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Daemon("--paused", name="one") as one, Daemon("--paused", name="two") as two:
+        for daemon in (one, two):
+            for endpoint in (daemon.page, daemon.page.replace("http", "simd") + f"/{daemon.name}"):
+                monkeypatch.setenv("SIMD_ENDPOINT", endpoint)
+                with simd_client.connect() as sim:
+                    assert (sim.name, sim.endpoint.locator) == (daemon.name, daemon.endpoint)
+        with pytest.raises(Unavailable, match="no daemon named `two` answers at .*: it is called `one`"):
+            simd_client.connect(one.page, "two")
+
+
+def test_a_port_that_does_not_say_where_zenoh_is_is_named_with_what_to_do(daemon: Daemon) -> None:
+    with pytest.raises(Unavailable, match=r"no daemon answers at http://127\.0\.0\.1:\d+ .*start one with `simd`"):
+        simd_client.connect(f"simd://127.0.0.1:{free_port()}", connect_timeout=1)
+    # The port of Zenoh speaks no HTTP.
+    with pytest.raises(Unavailable, match="answers HTTP within 1 s; name the port of the daemon's page"):
+        simd_client.connect("simd://" + daemon.endpoint.partition("/")[2], connect_timeout=1)
+
+
+@pytest.mark.parametrize(
+    ("host", "listens", "routers", "locator"),
+    [
+        ("127.0.0.1", ["tcp/127.0.0.1:7448"], [], "tcp/127.0.0.1:7448"),
+        ("localhost", ["tcp/10.0.0.5:7448"], [], "tcp/10.0.0.5:7448"),
+        ("lab", ["tcp/127.0.0.1:7448"], [], None),
+        ("lab", ["tcp/127.0.0.1:7448", "tcp/10.0.0.5:7450"], [], "tcp/lab:7450"),
+        ("2001:db8::1", ["tcp/[::]:7447"], [], "tcp/[2001:db8::1]:7447"),
+        ("lab", ["udp/10.0.0.5:1", "tcp/10.0.0.5:2"], [], "tcp/lab:2"),
+        ("lab", [], ["tcp/router:7447"], "tcp/router:7447"),
+        ("lab", [], [], None),
+    ],
+)
+def test_a_locator_is_one_that_the_client_reaches(
+    host: str, listens: list[str], routers: list[str], locator: str | None
+) -> None:
+    assert ways.choose(listens, routers, host, is_tls=False) == locator
 
 
 def test_a_connection_says_what_it_is_connected_to(daemon: Daemon) -> None:

@@ -14,7 +14,7 @@ from daemon import Daemon
 import simd_client
 import simd_client.pybullet as p
 from simd_client import EndpointError, Unavailable
-from simd_client.tls import ROOT, authority
+from simd_client.tls import authority
 
 EXTENSIONS = "subjectAltName=IP:127.0.0.1\nbasicConstraints=CA:FALSE\nextendedKeyUsage=serverAuth,clientAuth\n"
 
@@ -76,7 +76,7 @@ def test_with_the_authority_the_daemon_is_reached(daemon: Daemon, files: Path) -
 
 def test_a_missing_authority_is_reported(daemon: Daemon) -> None:
     said = refusal(daemon.endpoint, Unavailable)
-    assert f"is not signed by an authority that is known here: name the file" in said and ROOT in said
+    assert "is not signed by an authority that is known here: name the file" in said and "SIMD_TLS_CA" in said
 
 
 def test_the_authority_of_another_is_reported(daemon: Daemon, files: Path) -> None:
@@ -86,7 +86,7 @@ def test_the_authority_of_another_is_reported(daemon: Daemon, files: Path) -> No
 
 def test_a_file_that_is_not_there_is_reported(daemon: Daemon, files: Path) -> None:
     said = refusal(daemon.endpoint, EndpointError, ca=f"{files}/lost.pem")
-    assert said == f"there is no file {files}/lost.pem, which `{ROOT}root_ca_certificate` names"
+    assert said == f"there is no file {files}/lost.pem, which `ca` of `simd_client.tls.authority` names"
 
 
 def test_a_file_that_is_no_certificate_is_reported(daemon: Daemon, files: Path) -> None:
@@ -94,7 +94,7 @@ def test_a_file_that_is_no_certificate_is_reported(daemon: Daemon, files: Path) 
     key_of_another = {"certificate": f"{files}/client.pem", "key": f"{files}/daemon.key"}
     said = refusal(daemon.endpoint, EndpointError, ca=f"{files}/authority.pem", **key_of_another)
     assert "are not a certificate and its private key" in said
-    assert "go together" in refusal(daemon.endpoint, EndpointError, key=f"{files}/client.key")
+    assert "belong together" in refusal(daemon.endpoint, EndpointError, key=f"{files}/client.key")
 
 
 def test_a_daemon_that_asks_for_a_certificate_says_so(strict: Daemon, files: Path) -> None:
@@ -104,6 +104,18 @@ def test_a_daemon_that_asks_for_a_certificate_says_so(strict: Daemon, files: Pat
     assert "does not accept the certificate" in refusal(strict.endpoint, Unavailable, ca=ca, **other)
     own = authority(ca, f"{files}/client.pem", f"{files}/client.key")
     with simd_client.connect(strict.endpoint, config=own) as sim:
+        assert sim.name == "sealed"
+
+
+def test_the_environment_names_the_certificates_as_for_simctl(
+    daemon: Daemon, strict: Daemon, files: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SIMD_TLS_CA", f"{files}/authority.pem")
+    with simd_client.connect(daemon.endpoint) as sim:
+        assert sim.name == "sealed"
+    monkeypatch.setenv("SIMD_TLS_CLIENT_CERT", f"{files}/client.pem")
+    monkeypatch.setenv("SIMD_TLS_CLIENT_KEY", f"{files}/client.key")
+    with simd_client.connect(strict.endpoint) as sim:
         assert sim.name == "sealed"
 
 

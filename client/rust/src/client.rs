@@ -120,7 +120,13 @@ impl Client {
     /// As [`connect`](Self::connect).
     pub async fn connect_with(endpoint: &str, options: ConnectOptions) -> Result<Self, Error> {
         match endpoint::read(endpoint)? {
-            DaemonEndpoint::Grpc { url } => Self::connect_grpc(endpoint, url, options).await,
+            DaemonEndpoint::Grpc { url, name } => {
+                let client = Self::connect_grpc(endpoint, url, options).await?;
+                match name {
+                    Some(name) => client.of_name(&name).await,
+                    None => Ok(client),
+                }
+            }
             DaemonEndpoint::Zenoh { locator, name } => {
                 let network = Network::open(&locator, options).await?;
                 Ok(Self { endpoint: endpoint.into(), ..network.find(name.as_deref())? })
@@ -156,6 +162,18 @@ impl Client {
             .await
             .map_err(|error| Error::unreachable(endpoint, root_cause(&error)))?;
         Ok(Self::over(channel.into(), endpoint.into(), &options))
+    }
+
+    /// This connection, if the daemon has the name.
+    async fn of_name(self, name: &str) -> Result<Self, Error> {
+        let other = self.simulator_info().await?.name;
+        match other == name {
+            true => Ok(self),
+            false => Err(Error::Endpoint {
+                endpoint: self.endpoint.to_string(),
+                reason: format!("the daemon there is called `{other}`"),
+            }),
+        }
     }
 
     pub(crate) fn over(channel: Channel, endpoint: Arc<str>, options: &ConnectOptions) -> Self {

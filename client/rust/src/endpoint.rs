@@ -14,9 +14,9 @@ const ZENOH_PROTOCOLS: [&str; 9] =
 /// Address of a daemon, with its transport.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum DaemonEndpoint {
-    /// A daemon's gRPC port or socket.
-    Grpc { url: String },
-    /// Locator of a daemon or of a router, with the name of the daemon.
+    /// For gRPC. A daemon of another name is refused.
+    Grpc { url: String, name: Option<String> },
+    /// Of a daemon or of a router.
     Zenoh { locator: String, name: Option<String> },
 }
 
@@ -28,10 +28,19 @@ pub fn is_zenoh(text: &str) -> bool {
 /// Parses an endpoint.
 pub(crate) fn read(text: &str) -> Result<DaemonEndpoint, Error> {
     let trimmed = text.trim();
-    if !is_zenoh(trimmed) {
-        return url(text).map(|url| DaemonEndpoint::Grpc { url });
-    }
     let refuse = |reason: String| Error::Endpoint { endpoint: text.to_owned(), reason };
+    let checked = |name: &str| match keys::is_daemon_name(name) {
+        true => Ok(Some(name.to_owned())),
+        false => Err(refuse(format!("`{name}` is no name of a daemon: those are of A-Z a-z 0-9 _ -"))),
+    };
+    if let Some(rest) = trimmed.strip_prefix("simd://") {
+        let (host, name) = rest.split_once('/').unwrap_or((rest, ""));
+        let name = if name.is_empty() { None } else { checked(name)? };
+        return url(text, &format!("http://{host}")).map(|url| DaemonEndpoint::Grpc { url, name });
+    }
+    if !is_zenoh(trimmed) {
+        return url(text, without_view(trimmed)).map(|url| DaemonEndpoint::Grpc { url, name: None });
+    }
     if trimmed.contains("://") {
         return Err(refuse("a Zenoh locator has one slash, as in tcp/127.0.0.1:7447".to_owned()));
     }
@@ -41,11 +50,10 @@ pub(crate) fn read(text: &str) -> Result<DaemonEndpoint, Error> {
         return Err(refuse(format!("it has no port; with the default one it is {locator}:{port}")));
     }
     match trimmed.rsplit_once('#') {
-        // Zenoh's own settings of a locator also follow a #, as KEY=VALUE.
-        Some((locator, name)) if !name.contains('=') => match keys::is_daemon_name(name) {
-            true => Ok(DaemonEndpoint::Zenoh { locator: locator.to_owned(), name: Some(name.to_owned()) }),
-            false => Err(refuse(format!("`{name}` is no name of a daemon: those are of A-Z a-z 0-9 _ -"))),
-        },
+        // Zenoh's own settings of a locator come after a # too, as KEY=VALUE.
+        Some((locator, name)) if !name.contains('=') => {
+            Ok(DaemonEndpoint::Zenoh { locator: locator.to_owned(), name: checked(name)? })
+        }
         Some(_) | None => Ok(DaemonEndpoint::Zenoh { locator: trimmed.to_owned(), name: None }),
     }
 }
@@ -59,10 +67,17 @@ fn lacks_port(locator: &str) -> bool {
     ["tcp", "tls", "udp", "quic", "ws"].contains(&protocol) && !is_port
 }
 
-/// Returns the URL of the daemon at `text`. The port may be left out.
-fn url(text: &str) -> Result<String, Error> {
+/// Returns the address of the page without its query and fragment, which say what it shows.
+fn without_view(address: &str) -> &str {
+    match address.starts_with("http://") || address.starts_with("https://") {
+        true => address.split(['?', '#']).next().unwrap_or(address),
+        false => address,
+    }
+}
+
+/// The URL of the daemon at `trimmed`, which the user gave as `text`. The port may be left out.
+fn url(text: &str, trimmed: &str) -> Result<String, Error> {
     let refuse = |reason: &str| Error::Endpoint { endpoint: text.to_owned(), reason: reason.to_owned() };
-    let trimmed = text.trim();
     if let Some(path) = trimmed.strip_prefix("unix:") {
         let path = path.strip_prefix("//").unwrap_or(path);
         return match path.is_empty() {
@@ -73,7 +88,7 @@ fn url(text: &str) -> Result<String, Error> {
     let (scheme, authority) = match trimmed.split_once("://") {
         None => ("http", trimmed),
         Some((scheme @ ("http" | "https"), rest)) => (scheme, rest),
-        Some(_) => return Err(refuse("the scheme must be http or https")),
+        Some(_) => return Err(refuse("the scheme must be simd, http or https")),
     };
     let authority = authority.trim_end_matches('/');
     if authority.is_empty() {
@@ -121,7 +136,27 @@ mod tests {
             ("unix:///run/simd/simd.sock", "unix:/run/simd/simd.sock"),
             ("unix:simd.sock", "unix:simd.sock"),
         ] {
-            assert_eq!(url(text).unwrap(), expected, "{text}");
+            assert_eq!(url(text, text).unwrap(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn one_form_and_the_address_of_the_page_name_the_same_daemon() {
+        for (text, expected, named) in [
+            ("simd://lab", "http://lab:7400", None),
+            ("simd://lab:9000/", "http://lab:9000", None),
+            (" simd://[::1]:5/lab-2 ", "http://[::1]:5", Some("lab-2")),
+            ("http://lab:7400/?view=1#arm", "http://lab:7400", None),
+            ("https://lab/#arm", "https://lab:7400", None),
+        ] {
+            let expected = DaemonEndpoint::Grpc { url: expected.into(), name: named.map(str::to_owned) };
+            assert_eq!(read(text).unwrap(), expected, "{text}");
+        }
+        for text in
+            ["simd://", "simd:///lab", "simd://lab/a b", "simd://lab/a/b", "simd://lab:0", "simd://a@b"]
+        {
+            let refused = read(text).unwrap_err().to_string();
+            assert!(refused.starts_with(&format!("`{text}` is not an endpoint: ")), "{refused}");
         }
     }
 
@@ -154,7 +189,7 @@ mod tests {
                 format!("`{text}` is not an endpoint: it has no port; with the default one it is {whole}");
             assert_eq!(read(text).unwrap_err().to_string(), sentence);
         }
-        assert_eq!(read("lab").unwrap(), DaemonEndpoint::Grpc { url: "http://lab:7400".into() });
+        assert_eq!(read("lab").unwrap(), DaemonEndpoint::Grpc { url: "http://lab:7400".into(), name: None });
     }
 
     #[test]
@@ -162,7 +197,7 @@ mod tests {
         for text in
             ["", "http://", ":7400", "lab:0", "lab:seventy", "lab/x", "ftp://lab", "a b", "unix:", "unix://"]
         {
-            let refused = url(text).unwrap_err().to_string();
+            let refused = read(text).unwrap_err().to_string();
             assert!(refused.starts_with(&format!("`{text}` is not an endpoint: ")), "{refused}");
         }
     }

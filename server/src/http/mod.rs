@@ -22,6 +22,7 @@ mod metrics;
 mod robots;
 #[cfg(test)]
 mod tests;
+mod ways;
 
 use std::sync::Arc;
 
@@ -37,6 +38,7 @@ use tonic_web::GrpcWebLayer;
 
 pub use self::bundle::Bundle;
 pub use self::guard::{FrameAncestors, Hosts};
+pub use self::ways::ZenohWays;
 
 use simd_world::SimHandle;
 use simd_world::handle::CallError;
@@ -52,6 +54,8 @@ pub struct Settings {
     pub frame_ancestors: FrameAncestors,
     /// Whether connections are TLS.
     pub is_tls: bool,
+    /// Locators of Zenoh at which the daemon is reached.
+    pub zenoh: ZenohWays,
 }
 
 /// State shared by the routes.
@@ -60,12 +64,14 @@ struct Page {
     handle: SimHandle,
     bundle: Bundle,
     is_tls: bool,
+    /// Locators as `ways` lists them.
+    zenoh: ZenohWays,
 }
 
 /// Adds the page and its data to the services, which browsers call as gRPC-Web.
 pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
-    let Settings { bundle, hosts, frame_ancestors, is_tls } = settings;
-    let page = Arc::new(Page { handle: handle.clone(), bundle, is_tls });
+    let Settings { bundle, hosts, frame_ancestors, is_tls, zenoh } = settings;
+    let page = Arc::new(Page { handle: handle.clone(), bundle, is_tls, zenoh: zenoh.for_everyone() });
     Router::new()
         .route("/meshes/{name}", get(files::mesh))
         .route("/colliders/{name}", get(files::collider))
@@ -74,6 +80,7 @@ pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -
         .route("/robots/{robot}/robot.urdf", get(robots::description))
         .route_layer(middleware::from_fn_with_state(handle.clone(), login::check))
         .route("/assets/{*name}", get(files::asset))
+        .route("/.well-known/simd.json", get(ways::ways))
         .route("/healthz", get(metrics::health))
         .route("/readyz", get(metrics::readiness))
         .route("/login", post(login::log_in).delete(login::log_out))

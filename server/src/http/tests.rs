@@ -221,3 +221,24 @@ async fn requests_beyond_what_a_client_may_ask_in_a_second_are_refused() {
     assert_eq!(get("/page.js", 1).await.0, StatusCode::OK, "the page's own files are no calls");
     assert_eq!(get("/robots", 2).await.0, StatusCode::OK, "another has a share of its own");
 }
+
+#[tokio::test]
+async fn the_port_says_where_zenoh_is_without_settings_and_within_a_bound() {
+    let (routes, handle) = beside_a_world(spawn("arm", &[])).await;
+    drop(routes);
+    let mut listen = vec!["tls/127.0.0.1:7447#root_ca_certificate=/etc/secret.pem".to_owned()];
+    listen.extend((0..100).map(|port| format!("tcp/127.0.0.1:{port}?prio=6-7")));
+    let zenoh = ZenohWays { routers: listen.clone(), listen };
+    let settings = Settings { bundle: Bundle::fallback(), zenoh, ..Settings::default() };
+    let services: Routes = simd_api::service::routes(&handle, Transport::Grpc);
+    let mut routes = beside(services.into_axum_router(), &handle, settings);
+    let (status, _, text) = get(&mut routes, "/.well-known/simd.json").await;
+    assert_eq!(status, StatusCode::OK);
+    assert!(
+        text.starts_with(
+            r#"{"name":"test","version":"0.0.0","zenoh":["tls/127.0.0.1:7447","tcp/127.0.0.1:0","#
+        ),
+        "{text}"
+    );
+    assert!(!text.contains("secret") && !text.contains("prio") && text.len() < 2_000, "{text}");
+}

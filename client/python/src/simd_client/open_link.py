@@ -11,7 +11,7 @@ from typing import cast
 
 import zenoh
 
-from simd_client import tls
+from simd_client import tls, ways
 from simd_client.daemons import Daemons, several
 from simd_client.embedded_link import open_embedded
 from simd_client.endpoint import DEFAULT_NAME, Endpoint
@@ -20,6 +20,8 @@ from simd_client.link import Link
 from simd_client.proto import methods
 from simd_client.zenoh_link import MAX_ANSWER_BYTES, ZenohLink
 
+LEASE_MS = 5000
+"""Milliseconds of silence after which the daemon takes this client for gone, as this client takes the daemon."""
 REACHED_SECONDS = 1.0
 """How long a daemon that is there is given to be reached."""
 
@@ -49,6 +51,8 @@ def open_link(
     """Opens a session and chooses the daemon, or opens a world."""
     if endpoint.is_embedded:
         return open_embedded(endpoint, config)
+    if endpoint.is_http:
+        endpoint = ways.find(endpoint, connect_timeout, tls.known_authority(config))
     settings = _settings(endpoint, connect_timeout, config)
     tls.check_files(endpoint, settings)
     if _zenoh.is_of_a_parent:
@@ -135,11 +139,12 @@ def _settings(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | 
         ours |= {
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,
+            "transport/link/tx/lease": LEASE_MS,
             "transport/link/rx/max_message_size": MAX_ANSWER_BYTES,
             "transport/shared_memory/enabled": False,
         }
     theirs = {name.replace(".", "/"): value for name, value in extra.items()}
-    for name, value in {**ours, **theirs}.items():
+    for name, value in {**tls.of_environment(endpoint, theirs), **ours, **theirs}.items():
         try:
             settings.insert_json5(name, json.dumps(value))  # pyright: ignore[reportUnknownMemberType]
         except zenoh.ZError as error:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 import ssl
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,10 @@ from simd_client.errors import EndpointError
 ROOT = "transport/link/tls/"
 """Where Zenoh has its settings for certificates."""
 
+_ARGUMENTS = {
+    name: f"`{argument}` of `simd_client.tls.authority`"
+    for name, argument in (("root_ca_certificate", "ca"), ("connect_certificate", "certificate"), ("connect_private_key", "key"))
+}
 _SECONDS = 1.0
 # A daemon that asks for a certificate says so only after the client's half of the handshake.
 _ALERT_SECONDS = 0.5
@@ -31,6 +37,21 @@ def authority(ca: str | None = None, certificate: str | None = None, key: str | 
     return settings
 
 
+def of_environment(endpoint: Endpoint, given: Mapping[str, object]) -> dict[str, object]:
+    """The certificates that the environment names, as `simctl` reads them, unless settings name some."""
+    if not _is_tls(endpoint) or any(name.startswith(ROOT) for name in given):
+        return {}
+    files = (os.environ.get(name) or None for name in ("SIMD_TLS_CA", "SIMD_TLS_CLIENT_CERT", "SIMD_TLS_CLIENT_KEY"))
+    return authority(*files)
+
+
+def known_authority(config: object) -> str | None:
+    """The file of the authority in the settings, else in the environment."""
+    given: dict[object, object] = dict(config) if isinstance(config, Mapping) else {}  # pyright: ignore[reportUnknownArgumentType]
+    named = next((value for name, value in given.items() if str(name).replace(".", "/") == ROOT + "root_ca_certificate"), None)
+    return str(named) if named else os.environ.get("SIMD_TLS_CA") or None
+
+
 def check_files(endpoint: Endpoint, settings: zenoh.Config) -> None:
     """Raises `EndpointError` for a file of the settings that is not there, or is none of its kind."""
     if not _is_tls(endpoint):
@@ -38,7 +59,7 @@ def check_files(endpoint: Endpoint, settings: zenoh.Config) -> None:
     files = _files(settings)
     for name, path in files.items():
         if not Path(path).is_file():
-            raise EndpointError(f"there is no file {path}, which `{ROOT}{name}` names")
+            raise EndpointError(f"there is no file {path}, which {_ARGUMENTS[name]} names")
     ca, certificate, key = _of(files)
     try:
         if ca is not None:
@@ -48,7 +69,7 @@ def check_files(endpoint: Endpoint, settings: zenoh.Config) -> None:
     if certificate is None and key is None:
         return
     if certificate is None or key is None:
-        raise EndpointError(f"`{ROOT}connect_certificate` and `{ROOT}connect_private_key` go together")
+        raise EndpointError("`certificate` and `key` of `simd_client.tls.authority` belong together: give both")
     try:
         ssl.create_default_context().load_cert_chain(certificate, key)
     except OSError as error:
@@ -80,14 +101,14 @@ def why_not(endpoint: Endpoint, settings: zenoh.Config) -> str | None:
         if ca is None:
             return (
                 f"the certificate of {where} is not signed by an authority that is known here: name the file of the "
-                f"authority that signed it, as `{ROOT}root_ca_certificate`"
+                "authority that signed it, as `config=simd_client.tls.authority(ca)` or in SIMD_TLS_CA"
             )
         return f"the certificate of {where} is not signed by the authority in {ca}: {error.verify_message}"
     if isinstance(error, ssl.SSLError) and "ALERT" in (error.reason or ""):
         if certificate is None:
             return (
-                f"{where} asks for a certificate of this client: name it and its key, as `{ROOT}connect_certificate` "
-                f"and `{ROOT}connect_private_key`, and set `{ROOT}enable_mtls`"
+                f"{where} asks for a certificate of this client: name it and its key, as "
+                "`config=simd_client.tls.authority(ca, certificate, key)` or in SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY"
             )
         return f"{where} does not accept the certificate {certificate} ({error.reason})"
     if isinstance(error, (ssl.SSLError, TimeoutError, ConnectionResetError)):

@@ -63,7 +63,7 @@ impl Network {
     pub async fn join(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
         match crate::endpoint::read(locator)? {
             DaemonEndpoint::Zenoh { locator, name: _ } => Self::open(&locator, options).await,
-            DaemonEndpoint::Grpc { url: _ } => Err(Error::Endpoint {
+            DaemonEndpoint::Grpc { .. } => Err(Error::Endpoint {
                 endpoint: locator.to_owned(),
                 reason: "it must be a Zenoh locator like tcp/127.0.0.1:7447".to_owned(),
             }),

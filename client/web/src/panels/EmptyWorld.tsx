@@ -8,13 +8,12 @@ import { here, loadCommand } from "./commands";
 import { Icon } from "./icons";
 import { OpenFile, OpenFolder } from "./OpenFiles";
 import { helpOpen } from "./shortcuts";
-import { daemonName } from "../state/world";
 
 const copied = signal(false);
 
 /** A card in the middle of the view. */
 export function EmptyWorld(): JSX.Element {
-  const command = loadCommand(here(daemonName.value));
+  const command = loadCommand(here());
   const copy = async (): Promise<void> => {
     copied.value = await copyText(command, "The line");
     setTimeout(() => {

@@ -1,11 +1,11 @@
 // How a robot comes into the world and is moved, with commands that reach this daemon.
 import type { JSX } from "preact";
-import { daemonName, role } from "../state/world";
+import { role } from "../state/world";
 import { here, loadCommand, pythonProgram, simctl } from "./commands";
 
 /** A part of the help. */
 export function Guide(): JSX.Element {
-  const to = here(daemonName.value);
+  const to = here();
   return (
     <div class="guide" data-testid="guide">
       {(to.isTls || to.asksToken) && (

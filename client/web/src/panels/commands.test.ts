@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 import { loadCommand, pythonProgram, type Reached } from "./commands";
 
-const near: Reached = { host: "127.0.0.1:7400", isTls: false, asksToken: false, name: "simd" };
+const near: Reached = { host: "127.0.0.1:7400", isTls: false, asksToken: false };
 
 test("the line names the daemon only where simctl would not find it by itself", () => {
   expect(loadCommand(near)).toBe("simctl robot load path/to/robot.urdf");
@@ -16,10 +16,11 @@ test("TLS and tokens take the authority and a file with the token", () => {
   expect(loadCommand({ ...far, host: "lab.example" })).toContain("https://lab.example:443");
 });
 
-test("a program connects to the page's machine", () => {
-  expect(pythonProgram(near)).toContain("connect()");
-  expect(pythonProgram({ ...near, host: "[2001:db8::1]:7400" })).toContain('connect("tcp/[2001:db8::1]:7447#simd")');
-  expect(pythonProgram({ host: "lab:7400", isTls: true, asksToken: true, name: "lab2" })).toContain(
-    'connect("tls/lab:7447#lab2", config=simd_client.tls.authority("ca.pem"), token="simd_...")',
+test("a program connects to the daemon of the page and to no other", () => {
+  expect(pythonProgram(near)).toContain('connect("http://127.0.0.1:7400")');
+  expect(pythonProgram({ ...near, host: "[2001:db8::1]:7410" })).toContain('connect("http://[2001:db8::1]:7410")');
+  expect(pythonProgram({ ...near, host: "lab" })).toContain('connect("http://lab:80")');
+  expect(pythonProgram({ host: "lab:7400", isTls: true, asksToken: true })).toContain(
+    'connect("https://lab:7400", config=simd_client.tls.authority("ca.pem"), token="simd_...")',
   );
 });

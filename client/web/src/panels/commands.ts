@@ -8,18 +8,14 @@ export interface Reached {
   isTls: boolean;
   /** It asks for tokens. */
   asksToken: boolean;
-  /** What it is called over Zenoh. */
-  name: string;
 }
 
 /** The default endpoint of simctl. */
 const DEFAULTS: readonly string[] = ["127.0.0.1:7400", "localhost:7400"];
-/** The port of Zenoh, unless the operator chose another. */
-const ZENOH_PORT = 7447;
 
 /** How the daemon of this page is reached. */
-export function here(name: string): Reached {
-  return { host: location.host, isTls: location.protocol === "https:", asksToken: role.value !== null, name };
+export function here(): Reached {
+  return { host: location.host, isTls: location.protocol === "https:", asksToken: role.value !== null };
 }
 
 /** The command that loads a robot. */
@@ -29,21 +25,23 @@ export function loadCommand(to: Reached): string {
 
 /** A command with the options that simctl needs to reach the daemon. */
 export function simctl(words: string, { host, isTls, asksToken }: Reached): string {
-  // The default ports of http and https are not that of simctl.
-  const address = /:\d+$/.test(host) ? host : `${host}:${isTls ? 443 : 80}`;
+  const address = withPort(host, isTls);
   const endpoint = isTls ? ` --endpoint https://${address} --tls-ca ca.pem` : DEFAULTS.includes(host) ? "" : ` --endpoint ${address}`;
   return `simctl ${words}${endpoint}${asksToken ? " --token-file token.txt" : ""}`;
 }
 
+/** The default ports of http and https are not those of the clients. */
+function withPort(host: string, isTls: boolean): string {
+  return /:\d+$/.test(host) ? host : `${host}:${isTls ? 443 : 80}`;
+}
+
 /** A program in Python that moves a joint. */
-export function pythonProgram({ host, isTls, asksToken, name }: Reached): string {
-  const machine = host.replace(/:\d+$/, "");
-  const isDefault = !isTls && !asksToken && ["127.0.0.1", "localhost", "[::1]"].includes(machine);
-  const locator = `"${isTls ? "tls" : "tcp"}/${machine}:${ZENOH_PORT}#${name}"`;
-  const given = [locator, ...(isTls ? ['config=simd_client.tls.authority("ca.pem")'] : []), ...(asksToken ? ['token="simd_..."'] : [])];
+export function pythonProgram({ host, isTls, asksToken }: Reached): string {
+  const page = `"${isTls ? "https" : "http"}://${withPort(host, isTls)}"`;
+  const given = [page, ...(isTls ? ['config=simd_client.tls.authority("ca.pem")'] : []), ...(asksToken ? ['token="simd_..."'] : [])];
   return `import simd_client
 
-with simd_client.connect(${isDefault ? "" : given.join(", ")}) as sim:
+with simd_client.connect(${given.join(", ")}) as sim:
     arm = sim.load("path/to/robot.urdf", fixed=True)
     arm.joints["elbow"].target = 0.5  # rad`;
 }

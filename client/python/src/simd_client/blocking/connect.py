@@ -16,8 +16,8 @@ def connect(
     config: ZenohConfig | None = None,
     token: str | None = None,
 ) -> Simulation:
-    """Connects to the daemon at `endpoint`: `tcp/HOST:PORT`, with `#NAME` or `name` if several daemons are reached
-    through it. The default is `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`. `embedded` opens a world in this process, with the
+    """Connects to the daemon at `endpoint`: `simd://HOST[:PORT][/NAME]`, the address of its page, or a locator of Zenoh
+    (`tcp/HOST:PORT`), with `#NAME` or `name` if several daemons are reached through it. The default is `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`. `embedded` opens a world in this process, with the
     wheel `simd-embedded`; `config` is its configuration then, as that of a daemon: values by dotted names, or its file.
 
     `timeout` is how long each call waits for its answer, in seconds. `config` has settings for Zenoh itself, such as
