@@ -13,7 +13,7 @@ use anyhow::{Context as _, bail};
 use serde::Deserialize;
 use simd_client::replace_file;
 
-use crate::{args::Options, text_file};
+use crate::{args::Options, failure, text_file};
 
 /// The daemon's address if none is given.
 const DEFAULT_HOST: &str = "127.0.0.1";
@@ -55,8 +55,30 @@ pub(crate) struct Choice {
 /// Selects the daemon of this call. Reads the configuration file only if flags and environment do not decide.
 pub(crate) fn choose(options: &Options) -> anyhow::Result<Choice> {
     let environment = env::var("SIMD_ENDPOINT").ok().filter(|endpoint| !endpoint.is_empty());
-    choose_from(options, environment, || read(configuration_path().as_deref()))
+    let path = configuration_path();
+    let choice = choose_from(options, environment, || read(path.as_deref()))?;
+    if let Some(path) = path.filter(|_| choice.token.is_some()) {
+        warn_of_readers(&path);
+    }
+    Ok(choice)
 }
+
+/// Warns if other users can read or change a file with a token.
+#[cfg(unix)]
+fn warn_of_readers(path: &Path) {
+    use std::os::unix::fs::PermissionsExt as _;
+    let Ok(metadata) = fs::metadata(path) else { return };
+    let mode = metadata.permissions().mode() & 0o777;
+    if mode & 0o077 != 0 {
+        let path = path.display();
+        failure::warn(&format!(
+            "{path} has a token, and others can read or change it (its mode is {mode:04o}): chmod 600 {path}"
+        ));
+    }
+}
+
+#[cfg(not(unix))]
+fn warn_of_readers(_path: &Path) {}
 
 fn choose_from(
     options: &Options,

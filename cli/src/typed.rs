@@ -89,7 +89,7 @@ fn refuse(error: &clap::Error) -> ! {
 /// Replaces words of Rust's number parsers.
 fn plain(text: &str) -> String {
     const WORDS: [(&str, &str); 7] = [
-        ("invalid digit found in string", "it must be a whole number"),
+        ("invalid digit found in string", "it must be a whole number, 0 or more"),
         ("cannot parse integer from empty string", "it must be a whole number"),
         ("number too large to fit in target type", "the number is too large"),
         ("number too small to fit in target type", "the number is too small"),
@@ -146,7 +146,10 @@ mod tests {
             parse(line.split(' ').map(OsString::from)).unwrap();
         }
         let steps = refused("simctl sim step -5");
-        assert!(steps.contains("invalid value '-5'") && steps.contains("a whole number"), "{steps}");
+        assert!(
+            steps.contains("invalid value '-5'") && steps.contains("a whole number, 0 or more"),
+            "{steps}"
+        );
     }
 
     #[test]

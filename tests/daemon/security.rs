@@ -78,9 +78,15 @@ async fn a_file_of_tokens_is_its_owners_alone_and_a_context_has_a_token() {
         daemon.endpoint,
         token.trim()
     );
-    std::fs::write(home.path().join("simd/config.toml"), context).unwrap();
-    let info = shell(&home, "simctl server info -o json").await;
-    assert_eq!(info.code, 0, "{}", info.err);
+    let file = home.path().join("simd/config.toml");
+    std::fs::write(&file, context).unwrap();
+    for (mode, is_warned) in [(0o644, true), (0o600, false)] {
+        std::fs::set_permissions(&file, std::fs::Permissions::from_mode(mode)).unwrap();
+        let info = shell(&home, "simctl server info -o json").await;
+        assert_eq!(info.code, 0, "{}", info.err);
+        let warning = "has a token, and others can read or change it (its mode is 0644): chmod 600 ";
+        assert_eq!(info.err.contains(warning), is_warned, "{}", info.err);
+    }
     let revoked = shell(&home, "simctl token revoke bob; simctl token revoke bob").await;
     assert!(revoked.out.contains("revoked the token of bob") && revoked.err.contains("no token called bob"));
 }

@@ -150,8 +150,9 @@ impl Client {
         let to_endpoint = Endpoint::from_shared(url)
             .map_err(|error| Error::Endpoint { endpoint: endpoint.to_owned(), reason: root_cause(&error) })?;
         let is_tls = to_endpoint.uri().scheme_str() == Some("https");
+        let authority = to_endpoint.uri().authority().map(ToString::to_string).unwrap_or_default();
         let to_endpoint = if is_tls { with_tls(endpoint, to_endpoint, &options)? } else { to_endpoint };
-        let channel = to_endpoint
+        let connected = to_endpoint
             .connect_timeout(options.connect_timeout)
             // Small targets must not wait for others to fill a packet.
             .tcp_nodelay(true)
@@ -160,7 +161,17 @@ impl Client {
             .keep_alive_timeout(Duration::from_secs(10))
             .connect()
             .await
-            .map_err(|error| Error::unreachable(endpoint, root_cause(&error)))?;
+            .map_err(|error| root_cause(&error));
+        let failed = match &connected {
+            Err(reason) => Some(reason.clone()),
+            Ok(channel) if is_tls => tls::first_call(channel.clone(), options.connect_timeout).await,
+            Ok(_) => None,
+        };
+        if is_tls && let Some(reason) = &failed {
+            let found = tls::probe(&authority, &tls::read(&options)?, options.connect_timeout).await;
+            return Err(Error::unreachable(endpoint, found.unwrap_or_else(|| reason.clone())));
+        }
+        let channel = connected.map_err(|reason| Error::unreachable(endpoint, reason))?;
         Ok(Self::over(channel.into(), endpoint.into(), &options))
     }
 

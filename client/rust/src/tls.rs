@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use simd_proto::v1::{GetSimulatorInfoRequest, simulation_service_client::SimulationServiceClient};
-use tonic::transport::{Certificate, ClientTlsConfig, Endpoint, Identity};
+use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Identity};
 
 use crate::error::root_cause;
 use crate::{ConnectOptions, Error};
@@ -147,29 +147,27 @@ pub(crate) fn sentence(endpoint: &str, reason: &str) -> Option<String> {
     })
 }
 
-/// Returns why a Zenoh connection with TLS failed, in the words of rustls: Zenoh itself only reports a
-/// timeout.
-///
-/// The probe makes a gRPC handshake with the same files, and one call, since a server asks for a certificate
-/// only after the handshake. The alert is lost if the connection ends before it is read: so there are several
-/// tries.
-pub(crate) async fn probe(locator: &str, pems: &Pems, time: Duration) -> Option<String> {
-    let address = locator.strip_prefix("tls/")?;
-    if address.contains(['?', '#']) {
-        return None;
-    }
+/// Returns why the first call over a connection fails in the transport. A daemon that does not accept the certificate of this
+/// client says so only then.
+pub(crate) async fn first_call(channel: Channel, time: Duration) -> Option<String> {
+    let mut client = SimulationServiceClient::new(channel);
+    let answered = tokio::time::timeout(time, client.get_simulator_info(GetSimulatorInfoRequest {})).await;
+    let status = answered.ok()?.err()?;
+    // An answer has no cause of the transport's.
+    std::error::Error::source(&status)?;
+    Some(root_cause(&status))
+}
+
+/// Returns why a connection with TLS did not come about, in the words of rustls. Zenoh itself says that time was over, and gRPC
+/// that the connection was closed. Makes a handshake of gRPC with the same files, and one call. The alert is lost if the
+/// connection ends before it is read, so there are several tries.
+pub(crate) async fn probe(address: &str, pems: &Pems, time: Duration) -> Option<String> {
     let endpoint = Endpoint::from_shared(format!("https://{address}")).ok()?;
     let endpoint = endpoint.tls_config(pems.config().assume_http2(true)).ok()?.connect_timeout(time);
     let asked = async {
         for _ in 0..TRIES {
             let failed = match endpoint.connect().await {
-                Ok(channel) => {
-                    let mut client = SimulationServiceClient::new(channel);
-                    let status = client.get_simulator_info(GetSimulatorInfoRequest {}).await.err()?;
-                    // A status from the daemon has no source in the transport.
-                    std::error::Error::source(&status)?;
-                    root_cause(&status)
-                }
+                Ok(channel) => first_call(channel, time).await?,
                 Err(error) => root_cause(&error),
             };
             if pems.own.is_some() || !is_cut(&failed) {

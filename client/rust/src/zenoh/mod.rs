@@ -89,8 +89,12 @@ impl Network {
         let session = match failed {
             Ok(session) => session,
             Err(reason) => {
-                // Zenoh does not report the message of TLS.
-                let found = tls::probe(locator, &pems, options.connect_timeout).await;
+                // Zenoh does not say what TLS said.
+                let address = locator.strip_prefix("tls/").filter(|address| !address.contains(['?', '#']));
+                let found = match address {
+                    Some(address) => tls::probe(address, &pems, options.connect_timeout).await,
+                    None => None,
+                };
                 return Err(Error::unreachable(locator, found.unwrap_or(reason)));
             }
         };
