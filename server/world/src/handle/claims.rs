@@ -68,7 +68,12 @@ impl Leases {
         self.lock().get(&claim).is_some_and(|lease| lease.of_world)
     }
 
-    /// Returns the claim with this secret.
+    /// Whether a claim on the world counts for a client.
+    fn has_world(&self, account: &Account) -> bool {
+        self.lock().values().any(|lease| lease.of_world && lease.account == *account)
+    }
+
+    /// The claim that this is the secret of.
     fn of_secret(&self, secret: &str) -> Option<ClaimId> {
         let claim = ClaimId(proof::id_of(secret)?.parse().ok()?);
         let running = self.lock();
@@ -134,9 +139,27 @@ impl From<Unproven> for CallError {
 }
 
 impl SimHandle {
-    /// Claims robots, joints or the world for one client. The claim ends when it is released, unused for the
-    /// lease's length, when `until` is cancelled, or when the client's token is revoked. Its id is chosen
-    /// here. The answer has the secret that identifies the client from then on.
+    /// The holder's name with its token: people ask the owner of a token to let go.
+    fn named_holder(&self, holder: String) -> String {
+        match &self.account {
+            Account::Token(token) if **token != *holder => format!("{holder} (token {token})"),
+            _ => holder,
+        }
+    }
+
+    /// Refuses a client if another one has claimed the world.
+    pub(super) fn check_world_of_client(&self) -> Result<(), CallError> {
+        match &self.newest().state.claimed_by {
+            Some(holder) if !self.inner.leases.has_world(&self.account) => {
+                Err(simd_core::Error::WorldClaimed { holder: holder.to_string() }.into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes robots, joints or the world for one client until the claim is released, was not used for as long as
+    /// the lease, `until` is cancelled, or the client's token is revoked. The id of the claim is made here. The answer has the secret by which the
+    /// client is known from then on.
     ///
     /// # Errors
     /// Returns an error if the lease is not between 0.1 s and an hour, or the world refuses. Also if there
@@ -154,6 +177,7 @@ impl SimHandle {
                 expected: "it must be between 0.1 s and 3600 s".into(),
             });
         }
+        let request = ClaimRequest { holder: self.named_holder(request.holder), ..request };
         let claim = ClaimId(self.inner.leases.given.fetch_add(1, Ordering::Relaxed) + 1);
         let secret = secret(claim)?;
         let over = CancellationToken::new();

@@ -203,6 +203,7 @@ impl SimHandle {
         until: Option<CancellationToken>,
     ) -> Result<(Arc<str>, Vec<LockstepMember>), CallError> {
         self.check_robots(None)?;
+        self.check_world_of_client()?;
         if !TIMEOUT.contains(&timeout) {
             return Err(CallError::InvalidValue {
                 element: "timeout".into(),

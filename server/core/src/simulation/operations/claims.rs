@@ -48,7 +48,8 @@ impl Simulation {
                 let names = joints.iter().map(|properties| properties.joint.as_str());
                 self.allow_joints(robot, names, claim)
             }
-            Command::Reload(reload) => self.allow_robot(&reload.robot, claim),
+            Command::Reload(reload) => self.allow_bound(&reload.robot, claim),
+            Command::Delete { robot } => self.allow_bound(robot, claim),
             Command::ApplyWrench(wrench) => self.allow_robot(&wrench.robot, claim),
             Command::PullLink(pull) => self.allow_robot(&pull.robot, claim),
             Command::SetCollisionFilter(change) => {
@@ -65,8 +66,7 @@ impl Simulation {
             Command::ChangeConstraint(change) => self.allow_constraint(&change.name, claim),
             Command::DeleteConstraint { name } => self.allow_constraint(name, claim),
             Command::CreateSensor(create) => self.allow_robot(&create.robot, claim),
-            Command::Delete { robot }
-            | Command::DeleteSensor { robot, .. }
+            Command::DeleteSensor { robot, .. }
             | Command::SetLinkProperties { robot, .. }
             | Command::SetEntityState { robot, .. } => self.allow_robot(robot, claim),
             Command::SetPhysics(_) | Command::Reset(_) | Command::RestoreState { .. } => {
@@ -115,7 +115,18 @@ impl Simulation {
         self.entities[robot].allow(claim)
     }
 
-    /// Checks the robots of a constraint. The command itself refuses unknown constraints.
+    /// Whether the holder of `claim` may change a robot and the robots that constraints hold to it: constraints end with a robot.
+    fn allow_bound(&self, robot: &str, claim: Option<ClaimId>) -> Result<(), Error> {
+        let Ok(robot) = self.robot_index(robot) else { return Ok(()) };
+        self.entities[robot].allow(claim)?;
+        let of_robot =
+            |index: &usize| self.constraints.list[*index].definition.robots().any(|end| end == robot);
+        let bound = (0..self.constraints.list.len()).filter(of_robot);
+        let mut others = bound.flat_map(|index| self.constraints.list[index].definition.robots());
+        others.try_for_each(|other| self.entities[other].allow(claim))
+    }
+
+    /// A constraint that is not there is refused by what the command does.
     fn allow_constraint(&self, name: &str, claim: Option<ClaimId>) -> Result<(), Error> {
         let Ok(constraint) = self.constraint_index(name) else { return Ok(()) };
         let mut robots = self.constraints.list[constraint].definition.robots();
@@ -164,6 +175,7 @@ impl Simulation {
             self.world_claim = Some(Arc::clone(&record));
         }
         for Wanted { robot, whole, joints } in wanted {
+            self.end_motions(robot, (!whole).then_some(&joints));
             let entity = &mut self.entities[robot];
             let name = &entity.state.name;
             if whole {
@@ -180,8 +192,16 @@ impl Simulation {
         Ok(Reply::Claimed { ended: in_the_way })
     }
 
-    /// Returns the present claims, each as a request that would make it in a world with the same robots: a
-    /// save leaves them out.
+    /// Ends what clients without the claim began and the holder cannot see: trajectories of its joints, also delayed ones, and
+    /// wrenches and pulls on the robot. Targets stay, and are the holder's to change.
+    fn end_motions(&mut self, robot: usize, joints: Option<&Vec<usize>>) {
+        self.cancel_trajectories(robot, joints.map(Vec::as_slice), "a claim");
+        let state = &mut self.entities[robot].state;
+        state.applied_wrenches.clear();
+        state.pulls.clear();
+    }
+
+    /// The claims that hold, each as a request that would make it in a world with the same robots: what a save leaves out.
     pub fn claims(&self) -> Vec<ClaimRequest> {
         let of = |claim: &Claim| {
             let is_it = |held: &Option<Arc<Claim>>| held.as_ref().is_some_and(|held| held.id == claim.id);

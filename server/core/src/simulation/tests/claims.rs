@@ -222,3 +222,63 @@ fn a_claim_on_what_is_gone_forbids_nothing() {
     world.apply(&Command::Spawn(Box::new(spawn("arm", arm())))).unwrap();
     set(&mut world, position(0.1)).unwrap();
 }
+
+#[test]
+fn motions_of_others_end_with_a_claim_and_targets_stay() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    let path = |begin| FollowTrajectory {
+        robot: "arm".into(),
+        joints: vec!["shoulder".into()],
+        points: Arc::new(vec![TrajectoryPoint { time: 6.0, positions: vec![2.0], ..Default::default() }]),
+        begin,
+        ..FollowTrajectory::default()
+    };
+    for begin in [Begin::After(0.0), Begin::After(1.0)] {
+        let push = LinkWrench {
+            robot: "arm".into(),
+            link: "arm".into(),
+            force: DVec3::Z,
+            torque: DVec3::ZERO,
+            in_link_axes: false,
+            point: DVec3::ZERO,
+            duration: WrenchDuration::UntilCleared,
+        };
+        world.apply(&target(position(0.3))).unwrap();
+        world.apply(&Command::ApplyWrench(push)).unwrap();
+        world.apply(&Command::FollowTrajectory(path(begin))).unwrap();
+        claim(&mut world, request(PLANNER, "planner", all_of("arm"))).unwrap();
+        let state = &world.entities[0].state;
+        assert!(state.trajectories.is_empty() && state.applied_wrenches.is_empty() && state.pulls.is_empty());
+        let target_now = |world: &Simulation| look(world).targets;
+        let before = target_now(&world);
+        (0..2_000).for_each(|_| world.step());
+        assert_eq!(target_now(&world), before, "the target stays, and is the holder's to change");
+        world.apply(&Command::Release { claim: PLANNER, cause: ReleaseCause::Released }).unwrap();
+    }
+}
+
+#[test]
+fn a_robot_that_is_welded_to_a_claimed_one_is_deleted_and_reloaded_by_the_holder_alone() {
+    let mut world = claimed();
+    let end =
+        |robot: &str| RequestedEnd { robot: robot.into(), link: "arm".into(), ..RequestedEnd::default() };
+    let weld = CreateConstraint {
+        name: "weld".into(),
+        kind: RequestedConstraint::Weld,
+        parent: end("arm"),
+        child: end("other"),
+        max_force: None,
+        max_torque: None,
+        breaks: false,
+        disable_collisions: false,
+    };
+    world.apply_for(&Command::CreateConstraint(Box::new(weld)), Some(PLANNER)).unwrap();
+    let reload = Reload { robot: "other".into(), model: arm(), shapes: Default::default() };
+    for command in [Command::Reload(Box::new(reload)), Command::Delete { robot: "other".into() }] {
+        let before = world.fingerprint();
+        let refused = world.apply(&command).unwrap_err();
+        assert_eq!(refused.to_string(), "robot \"arm\" is claimed by \"planner\"");
+        assert_eq!(world.fingerprint(), before);
+        world.apply_for(&command, Some(PLANNER)).unwrap();
+    }
+}
