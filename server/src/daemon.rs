@@ -20,7 +20,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
 use crate::config::{Autosave, Config};
@@ -64,7 +63,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let Files { loader, access, tls } = read(&config)?;
     folders::make(&config)?;
     let listen = |source| Error::Listen { address: config.listen.to_string(), source };
-    let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
+    let listener = crate::grpc::listen(config.listen).map_err(listen)?;
     let address = listener.local_addr().map_err(listen)?;
     let unix_socket = config.unix_socket.clone();
     let unix = unix_socket.as_deref().map(UnixSocket::bind).transpose().map_err(|source| {

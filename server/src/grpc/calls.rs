@@ -19,6 +19,7 @@ use tokio::time::{Instant, Sleep};
 use tonic::Status;
 
 use super::activity::{Activity, Call};
+use super::deadline;
 use crate::config::Connections;
 use simd_api::service::status::Explained;
 use simd_api::service::unread::{Flowing, Holding};
@@ -57,7 +58,13 @@ pub(super) async fn follow(
         true => body,
         false => Body::new(Arriving::new(body, pace, Arc::clone(&call))),
     });
-    let mut response = next.run(request).await;
+    let mut response = match deadline::of(&request) {
+        Some(time) => match tokio::time::timeout(time, next.run(request)).await {
+            Ok(response) => response,
+            Err(_elapsed) => deadline::exceeded(),
+        },
+        None => next.run(request).await,
+    };
     let is_counted = response.extensions_mut().remove::<Holding>().is_some();
     let response = match recount {
         Recount::Never => response,

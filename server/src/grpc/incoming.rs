@@ -21,9 +21,9 @@ use simd_world::handle::{Disconnect, Peer};
 
 /// Pause after an error of accepting: most causes, such as too many open files, persist for a while.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-/// First bytes of each HTTP/2 client (RFC 9113, 3.4). Later, keepalive finds out whether the client is still
-/// connected.
-const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+/// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
+/// find out whether the client is there.
+pub(super) const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 
 /// First requests of health checks and scrapers on a new connection.
 const HEALTH: [&[u8]; 4] = [b"GET /healthz", b"GET /readyz", b"GET /metrics", b"HEAD /healthz"];

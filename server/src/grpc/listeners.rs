@@ -1,12 +1,12 @@
 //! Listeners: a port, and optionally a Unix socket for clients of the same machine.
 
 use std::io;
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use tokio::net::{TcpListener, TcpStream, UnixListener, UnixStream};
+use tokio::net::{TcpListener, TcpSocket, TcpStream, UnixListener, UnixStream};
 use tokio_stream::{Stream, StreamExt as _};
 use tonic::transport::server::TcpIncoming;
 
@@ -43,7 +43,19 @@ impl Listeners {
     }
 }
 
-/// A Unix socket, whose file is deleted with it.
+/// Listens at an address of TCP.
+///
+/// # Errors
+/// Returns an error if the address cannot be taken.
+pub fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
+    // A daemon takes the port of the one that ended before it.
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(WAITING)
+}
+
+/// A Unix socket, whose file goes with it.
 #[derive(Debug)]
 pub struct UnixSocket {
     listener: UnixListener,
@@ -192,6 +204,16 @@ mod tests {
         assert_eq!(refused.to_string(), "another process listens there; end that, or name another path");
         drop(first);
         assert!(!path.exists(), "the file goes with the socket");
+    }
+
+    #[tokio::test]
+    async fn hundreds_of_clients_wait_to_be_accepted() {
+        let listener = listen("127.0.0.1:0".parse().unwrap()).unwrap();
+        let address = listener.local_addr().unwrap();
+        let connect = || std::net::TcpStream::connect_timeout(&address, Duration::from_secs(5));
+        // The standard library's listener has room for 128.
+        let waiting: Vec<_> = (0..300).map(|_| connect().unwrap()).collect();
+        assert_eq!(waiting.len(), 300);
     }
 
     #[tokio::test]

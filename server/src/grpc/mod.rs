@@ -10,9 +10,11 @@
 mod activity;
 mod calls;
 mod connections;
+mod deadline;
 mod health;
 mod incoming;
 mod listeners;
+mod socket_names;
 #[cfg(test)]
 mod tests;
 mod threads;
@@ -36,7 +38,7 @@ use tonic_health::pb::health_server::HealthServer;
 
 use self::connections::Connections;
 use self::incoming::{Connection, FirstRequest, accept, first_request};
-pub use self::listeners::{Listeners, UnixSocket};
+pub use self::listeners::{Listeners, UnixSocket, listen};
 use self::listeners::{Movable as _, accepted};
 pub use self::threads::FrontEndThreads;
 pub use self::tls::Tls;
@@ -109,7 +111,7 @@ async fn serve_within(
         let serve = |io: UnixStream, slot, address| {
             let server = server.clone();
             threads.serve(&serving, async move {
-                let wire = io.moved_here().map(Wire::Unix);
+                let wire = io.moved_here().map(Wire::of_socket);
                 serve_one(server, wire.map(|wire| Connection::new(wire, slot, address))).await;
             });
         };

@@ -17,6 +17,7 @@ use tokio_rustls::rustls::{RootCertStore, ServerConfig};
 use tokio_rustls::server::TlsStream;
 use tokio_rustls::{Accept, TlsAcceptor};
 
+use super::socket_names::SocketNames;
 use crate::config::TlsFiles;
 
 /// Certificate of the served connections.
@@ -96,8 +97,8 @@ fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, String> {
 /// A connection, with TLS or without. The handshake is part of the first read, and so has its deadline.
 pub(super) enum Wire {
     Plain(TcpStream),
-    /// Without TLS: it does not leave the machine.
-    Unix(UnixStream),
+    /// Without TLS: nothing of it leaves the machine.
+    Unix(UnixStream, SocketNames),
     Handshake(Box<Accept<TcpStream>>),
     Tls(Box<TlsStream<TcpStream>>),
 }
@@ -108,6 +109,10 @@ impl Wire {
             Some(tls) => tls.accept(io),
             None => Self::Plain(io),
         }
+    }
+
+    pub(super) fn of_socket(io: UnixStream) -> Self {
+        Self::Unix(io, SocketNames::default())
     }
 
     fn handshake(&mut self, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -128,7 +133,12 @@ impl AsyncRead for Wire {
         ready!(self.handshake(context))?;
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_read(context, buffer),
-            Self::Unix(io) => Pin::new(io).poll_read(context, buffer),
+            Self::Unix(io, names) => {
+                let before = buffer.filled().len();
+                let polled = Pin::new(io).poll_read(context, buffer);
+                names.change(buffer.filled_mut().get_mut(before..).unwrap_or_default());
+                polled
+            }
             Self::Tls(io) => Pin::new(io.as_mut()).poll_read(context, buffer),
             Self::Handshake(_) => Poll::Pending,
         }
@@ -144,7 +154,7 @@ impl AsyncWrite for Wire {
         ready!(self.handshake(context))?;
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_write(context, bytes),
-            Self::Unix(io) => Pin::new(io).poll_write(context, bytes),
+            Self::Unix(io, _) => Pin::new(io).poll_write(context, bytes),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_write(context, bytes),
             Self::Handshake(_) => Poll::Pending,
         }
@@ -153,7 +163,7 @@ impl AsyncWrite for Wire {
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_flush(context),
-            Self::Unix(io) => Pin::new(io).poll_flush(context),
+            Self::Unix(io, _) => Pin::new(io).poll_flush(context),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_flush(context),
             // Nothing was written yet.
             Self::Handshake(_) => Poll::Ready(Ok(())),
@@ -163,7 +173,7 @@ impl AsyncWrite for Wire {
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_shutdown(context),
-            Self::Unix(io) => Pin::new(io).poll_shutdown(context),
+            Self::Unix(io, _) => Pin::new(io).poll_shutdown(context),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_shutdown(context),
             Self::Handshake(_) => Poll::Ready(Ok(())),
         }
