@@ -27,7 +27,6 @@ async fn metrics_count_steps_calls_and_refusals() {
     let answer = get(daemon.address, "/metrics", &[]).await;
     assert_eq!(answer.status, 200);
     let text = answer.text();
-    assert!(text.ends_with("# EOF\n"), "{text}");
     let value = |name: &str| sample(&text, name).unwrap_or_else(|| panic!("{name} is not in\n{text}"));
     assert_eq!(value("simd_steps_total"), 25.0);
     assert_eq!(value("simd_step_duration_seconds_count"), 25.0);
@@ -44,7 +43,55 @@ async fn metrics_count_steps_calls_and_refusals() {
     drop(stream);
 }
 
-/// A caller that leaves while it sends looks like this: nothing was refused.
+/// The rules of `promtool check metrics`, for readers that do not ask for OpenMetrics.
+#[tokio::test]
+async fn metrics_come_in_the_format_that_is_asked_for() {
+    let daemon = arm(Via::Grpc).await;
+    daemon.client.step(2).await.unwrap();
+    for accept in
+        ["application/openmetrics-text", "text/html, Application/OpenMetrics-Text;version=1.0.0;q=0.5"]
+    {
+        let answer = get(daemon.address, "/metrics", &[("Accept", accept)]).await;
+        assert!(answer.header("content-type").starts_with("application/openmetrics-text"), "{accept}");
+        assert!(answer.text().ends_with("# EOF\n"), "{accept}");
+    }
+    let none: &[(&str, &str)] = &[];
+    for headers in [none, &[("Accept", "text/plain;version=0.0.4, */*;q=0.1")]] {
+        let answer = get(daemon.address, "/metrics", headers).await;
+        assert_eq!(answer.header("content-type"), "text/plain; version=0.0.4; charset=utf-8");
+        let text = answer.text();
+        let (mut helped, mut family) = (String::new(), (String::new(), String::new()));
+        let mut families = std::collections::BTreeSet::new();
+        for line in text.lines() {
+            let words: Vec<&str> = line.splitn(4, ' ').collect();
+            match words[..] {
+                ["#", "HELP", name, help] => {
+                    assert!(!help.is_empty(), "{line}");
+                    name.clone_into(&mut helped);
+                }
+                ["#", "TYPE", name, kind] => {
+                    assert_eq!(helped, name, "a family has a text");
+                    assert!(families.insert(name.to_owned()), "{name} comes twice");
+                    assert_eq!(kind == "counter", name.ends_with("_total"), "{line}");
+                    family = (name.to_owned(), kind.to_owned());
+                }
+                [sample, ..] => {
+                    let name = sample.split('{').next().unwrap();
+                    let suffix = name
+                        .strip_prefix(&*family.0)
+                        .unwrap_or_else(|| panic!("{line} is not of {family:?}"));
+                    let suffixes: &[&str] =
+                        if family.1 == "histogram" { &["_bucket", "_sum", "_count"] } else { &[""] };
+                    assert!(suffixes.contains(&suffix), "{line} is not of {family:?}");
+                }
+                [] => panic!("an empty line"),
+            }
+        }
+        assert!(families.len() > 20, "{families:?}");
+    }
+}
+
+/// A caller who goes away while it sends looks like that: nothing was refused.
 #[tokio::test]
 async fn a_call_that_ends_before_its_message_counts_as_cancelled() {
     let daemon = arm(Via::Grpc).await;

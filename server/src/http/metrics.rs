@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use axum::body::Body;
 use axum::extract::State;
-use axum::http::{HeaderValue, Response, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
 use axum::response::IntoResponse as _;
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, EncodeLabelSet, EncodeMetric as _, MetricEncoder};
@@ -24,20 +24,54 @@ use simd_world::handle::RunState;
 use simd_world::histogram::Counts;
 use simd_world::{SimHandle, process};
 
-/// Media type of OpenMetrics, which Prometheus requests.
-const MEDIA: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-/// Ticks per second, in which Linux reports processor time on every architecture.
+/// OpenMetrics, which Prometheus asks for by name.
+const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+/// The format of all other readers.
+const TEXT: &str = "text/plain; version=0.0.4; charset=utf-8";
+/// Ticks of a second, in which Linux counts processor time for programs on every architecture.
 const TICKS: f64 = 100.0;
 
-/// `GET /metrics`.
-pub(super) async fn metrics(State(page): State<Arc<Page>>) -> Response<Body> {
+/// `GET /metrics`, in OpenMetrics if `Accept` names it.
+pub(super) async fn metrics(State(page): State<Arc<Page>>, asked: HeaderMap) -> Response<Body> {
     let mut registry = Registry::default();
     registry.register_collector(Box::new(Scrape(page.handle.clone())));
     let mut text = String::new();
-    match prometheus_client::encoding::text::encode(&mut text, &registry) {
-        Ok(()) => ([(header::CONTENT_TYPE, HeaderValue::from_static(MEDIA))], text).into_response(),
-        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")).into_response(),
+    if let Err(error) = prometheus_client::encoding::text::encode(&mut text, &registry) {
+        return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")).into_response();
     }
+    let (media, text) = match takes_open_metrics(&asked) {
+        true => (OPEN_METRICS, text),
+        false => (TEXT, plain(&text)),
+    };
+    ([(header::CONTENT_TYPE, HeaderValue::from_static(media))], text).into_response()
+}
+
+fn takes_open_metrics(asked: &HeaderMap) -> bool {
+    let values = asked.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
+    let mut media =
+        values.flat_map(|value| value.split(',')).map(|kind| kind.split(';').next().unwrap_or_default());
+    media.any(|kind| kind.trim().eq_ignore_ascii_case("application/openmetrics-text"))
+}
+
+/// OpenMetrics as the older text: counters are named as their samples are, and there are no units and no end.
+fn plain(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut help: Option<(&str, &str)> = None;
+    for line in text.lines() {
+        if let Some(rest) = line.strip_prefix("# HELP ") {
+            help = rest.split_once(' ');
+        } else if let Some((name, kind)) = line.strip_prefix("# TYPE ").and_then(|rest| rest.split_once(' '))
+        {
+            let suffix = if kind == "counter" { "_total" } else { "" };
+            if let Some((_, words)) = help.take().filter(|(of, _)| *of == name) {
+                plain.extend(["# HELP ", name, suffix, " ", words, "\n"]);
+            }
+            plain.extend(["# TYPE ", name, suffix, " ", kind, "\n"]);
+        } else if !line.starts_with("# ") {
+            plain.extend([line, "\n"]);
+        }
+    }
+    plain
 }
 
 /// `GET /healthz`: 503 if the daemon should be restarted.
