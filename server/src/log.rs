@@ -7,6 +7,7 @@
 //! If stderr is the journal's stream, each line begins with its priority, as in `sd-daemon(3)`: the journal
 //! removes it.
 
+mod foreign;
 #[cfg(test)]
 mod tests;
 
@@ -17,7 +18,7 @@ use std::io::{self, ErrorKind, Write};
 use std::panic::PanicHookInfo;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use simd_proto::text;
 use tracing::{Level, Metadata};
@@ -25,7 +26,9 @@ use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::time::{FormatTime as _, SystemTime};
 
-/// Capacity of the buffer, bytes; as many again may be in the writing thread.
+use self::foreign::{Foreign, Passage, crate_of};
+
+/// Bytes that may wait; as many again are with the thread that writes.
 const CAPACITY: usize = 1 << 20;
 /// Additional capacity for messages that must not be lost: the reason for the process's end, and panics.
 const RESERVE: usize = 64 << 10;
@@ -56,6 +59,7 @@ struct Shared {
     is_json: AtomicBool,
     /// Whether the journal reads it.
     is_journal: bool,
+    foreign: Foreign,
 }
 
 #[derive(Debug, Default)]
@@ -84,6 +88,7 @@ impl Log {
             changed: Condvar::new(),
             is_json: AtomicBool::new(false),
             is_journal,
+            foreign: Foreign::default(),
         }));
         let shared = log.0.clone();
         std::thread::Builder::new().name("simd-log".into()).spawn(move || shared.write_to(out))?;
@@ -222,6 +227,16 @@ impl Shared {
         })
     }
 
+    /// Adds a line about lines of a crate that came too fast.
+    fn note_left_out(&self, target: &str, count: u64) {
+        let sentence = format!("lines of {} that came too fast and were left out: {count}", crate_of(target));
+        let line = match self.is_json.load(Ordering::Relaxed) {
+            true => json("WARN", &sentence),
+            false => format!("{}{sentence}\n", stamp("WARN")),
+        };
+        self.push(&self.prefixed(Level::WARN, line.into_bytes().into()), CAPACITY);
+    }
+
     fn push(&self, text: &[u8], capacity: usize) {
         let mut state = self.lock();
         let notice = self.notice(&state);
@@ -314,11 +329,15 @@ fn shown(line: &[u8]) -> Cow<'_, [u8]> {
 pub struct Line<'a> {
     shared: &'a Shared,
     level: Level,
+    is_left_out: bool,
 }
 
 impl Write for Line<'_> {
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
-        // JSON is for programs, and has its own escapes.
+        if self.is_left_out {
+            return Ok(text.len());
+        }
+        // JSON is for programs, and has escapes of its own.
         let is_json = self.shared.is_json.load(Ordering::Relaxed);
         let shown = if is_json { Cow::Borrowed(text) } else { shown(text) };
         self.shared.push(&self.shared.prefixed(self.level, shown), CAPACITY);
@@ -334,10 +353,14 @@ impl<'a> MakeWriter<'a> for Log {
     type Writer = Line<'a>;
 
     fn make_writer(&'a self) -> Line<'a> {
-        Line { shared: &self.0, level: Level::INFO }
+        Line { shared: &self.0, level: Level::INFO, is_left_out: false }
     }
 
     fn make_writer_for(&'a self, event: &Metadata<'_>) -> Line<'a> {
-        Line { shared: &self.0, level: *event.level() }
+        let passage = self.0.foreign.passage(event, Instant::now());
+        if let Passage::Written(left_out @ 1..) = passage {
+            self.0.note_left_out(event.target(), left_out);
+        }
+        Line { shared: &self.0, level: *event.level(), is_left_out: passage == Passage::LeftOut }
     }
 }
