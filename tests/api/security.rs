@@ -13,6 +13,7 @@ use simd_tests::process::soon;
 use simd_world::access::role_of;
 use tempfile::TempDir;
 use tonic::codegen::http::uri::PathAndQuery;
+use tonic::transport::{Channel, Endpoint};
 use tonic::{Code, Request, Status};
 use zenoh::Wait as _;
 
@@ -110,8 +111,14 @@ impl Guarded {
 
 /// Returns the daemon's status for a request without a body, by a method's path.
 async fn call_grpc(running: &Running, path: &'static str, token: Option<&str>) -> Status {
-    let url = format!("http://{}", running.address);
-    let channel = tonic::transport::Endpoint::from_shared(url).unwrap().connect().await.unwrap();
+    call_over(channel(running).await, path, token).await
+}
+
+async fn channel(running: &Running) -> Channel {
+    Endpoint::from_shared(format!("http://{}", running.address)).unwrap().connect().await.unwrap()
+}
+
+async fn call_over(channel: Channel, path: &'static str, token: Option<&str>) -> Status {
     let mut grpc = tonic::client::Grpc::new(channel);
     grpc.ready().await.unwrap();
     let mut request = Request::new(tokio_stream::iter([bytes::Bytes::new()]));
@@ -424,4 +431,21 @@ async fn a_token_for_some_robots_changes_no_other_and_not_the_world() {
     }
     let states = admin.joint_states(vec![simd_client::every_joint("other")]).await.unwrap();
     assert_eq!(states.robots[0].target, [0.0]);
+}
+
+/// A wrong token takes nothing from a right one, also over the same connection.
+#[tokio::test(flavor = "multi_thread")]
+async fn refusals_of_wrong_tokens_are_counted_and_slow_down() {
+    let guarded = guarded(|_, _| {}).await;
+    let channel = channel(&guarded.running).await;
+    let path = "/simd.v1.SimulationService/GetPhysics";
+    let call = async |token: &str| call_over(channel.clone(), path, Some(token)).await.code();
+    let before = std::time::Instant::now();
+    for _ in 0..6 {
+        assert_eq!(call(&token(&[77; 32])).await, Code::Unauthenticated);
+    }
+    // The sixth waits for half a second, which a machine cannot make shorter.
+    assert!(before.elapsed() >= std::time::Duration::from_millis(400), "{:?}", before.elapsed());
+    assert_eq!(call(&of(Role::Viewer)).await, Code::Ok);
+    assert_eq!(guarded.running.handle.access().wrong_tokens(), 6);
 }

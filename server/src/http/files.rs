@@ -86,7 +86,7 @@ pub(super) async fn asset(
     };
     // The page's own files are public, but robots' files are not.
     if let Err(refusal) = login::admit(&page.handle, &request) {
-        return refusal;
+        return refusal.said().await;
     }
     let tag = caching::tag(&sha256.to_string());
     if caching::has(asked, &tag) {

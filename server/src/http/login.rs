@@ -2,6 +2,7 @@
 //! of the page, with or without a token, count for a client like calls.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::body::Body;
 use axum::extract::{Request, State};
@@ -21,26 +22,49 @@ use simd_world::handle::Peer;
 pub(super) async fn check(State(handle): State<SimHandle>, request: Request, next: Next) -> Response<Body> {
     match admit(&handle, &request) {
         Ok(account) => account.scope(next.run(request)).await,
-        Err(refusal) => refusal,
+        Err(refusal) => refusal.said().await,
     }
 }
 
-/// Returns the client that a request counts for if its token allows reading and the client has not used its
-/// share; otherwise the refusal.
-pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<Account, Response<Body>> {
+/// A refusal, and how long it has to wait.
+pub(super) struct Refusal {
+    wait: Duration,
+    response: Response<Body>,
+}
+
+impl Refusal {
+    /// The refusal, once it may be said.
+    pub(super) async fn said(self) -> Response<Body> {
+        tokio::time::sleep(self.wait).await;
+        self.response
+    }
+
+    fn of(access: &Access, denied: &Denied, request: &Request) -> Self {
+        log(access, denied);
+        Self { wait: access.wait_before(denied, &sender(request)), response: refused(denied) }
+    }
+}
+
+fn sender(request: &Request) -> Account {
+    match request.extensions().get::<Peer>() {
+        Some(Peer::Connection { number, address }) => Account::of_connection(*number, *address),
+        Some(Peer::Session(id)) => Account::Session(Arc::clone(id)),
+        // No network brings a request without a peer.
+        Some(Peer::Process) | None => Account::Process,
+    }
+}
+
+/// Whom a request counts for, where its token allows reading and its client has not had its share; else the refusal.
+pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<Account, Refusal> {
     let access = handle.access();
-    let grant = access.check(token(request.headers()), Role::Viewer, "the page").map_err(|denied| {
-        log(access, &denied);
-        refused(&denied)
-    })?;
-    let account = match (grant, request.extensions().get::<Peer>()) {
-        (Some(grant), _) => Account::Token(grant.name.as_str().into()),
-        (None, Some(Peer::Connection { number, address })) => Account::of_connection(*number, *address),
-        (None, Some(Peer::Session(id))) => Account::Session(Arc::clone(id)),
-        // A request without a peer does not come from a network.
-        (None, Some(Peer::Process) | None) => Account::Process,
+    let grant = access.check(token(request.headers()), Role::Viewer, "the page");
+    let grant = grant.map_err(|denied| Refusal::of(access, &denied, request))?;
+    let account = match grant {
+        Some(grant) => Account::Token(grant.name.as_str().into()),
+        None => sender(request),
     };
-    handle.count_call(&account).map_err(|error| super::refused(&error))?;
+    let over = |error| Refusal { wait: Duration::ZERO, response: super::refused(&error) };
+    handle.count_call(&account).map_err(over)?;
     Ok(account)
 }
 
@@ -50,10 +74,7 @@ pub(super) async fn log_in(State(page): State<Arc<Page>>, request: Request) -> R
     let said = said.and_then(simd_proto::access::parse_bearer);
     match page.handle.access().check(said, Role::Viewer, "the page") {
         Ok(_grant) => with_cookie(&format!("{TOKEN_COOKIE}={}", said.unwrap_or_default()), page.is_tls),
-        Err(denied) => {
-            log(page.handle.access(), &denied);
-            refused(&denied)
-        }
+        Err(denied) => Refusal::of(page.handle.access(), &denied, &request).said().await,
     }
 }
 

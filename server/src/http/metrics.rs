@@ -173,6 +173,8 @@ impl Scrape {
             "What was refused without an answer that says why.",
             unanswered.map(|(what, count)| ([("what", what)], count.load(Ordering::Relaxed))),
         )?;
+        let wrong = self.0.access().wrong_tokens();
+        families.counter("simd_wrong_tokens", "Calls with a token that the daemon does not know.", wrong)?;
         let labels = |of: &simd_world::handle::MethodCalls| {
             [("method", of.method), ("transport", of.transport.name())]
         };

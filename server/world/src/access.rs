@@ -5,20 +5,23 @@
 //! * `file`: the tokens in the operator's file.
 
 mod file;
+mod guesses;
 mod methods;
 #[cfg(test)]
 mod tests;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use prost_types::Timestamp;
 use simd_proto::access::{Role, token_hash};
 use tokio_util::sync::CancellationToken;
 
 use self::file::TokenFile;
+use self::guesses::Guesses;
 pub use self::methods::{Concern, concern_of, role_of};
+use crate::account::Account;
 
 /// Time between two checks of the file and of expired tokens.
 const LOOK: Duration = Duration::from_secs(1);
@@ -33,6 +36,7 @@ pub struct Access {
     /// File of tokens; `None` requires no tokens.
     file: Option<Arc<TokenFile>>,
     refusals: Arc<Mutex<Refusals>>,
+    guesses: Arc<Guesses>,
 }
 
 /// Refusals of this second.
@@ -197,7 +201,20 @@ impl Access {
         Ok(Some(grant))
     }
 
-    /// Returns the number of unlogged refusals before this one if it may be logged.
+    /// Returns how long a refusal has to wait: a sender of wrong tokens is slowed down.
+    pub fn wait_before(&self, denied: &Denied, sender: &Account) -> Duration {
+        match denied {
+            Denied::Unknown => self.guesses.note(sender, Instant::now()),
+            _ => Duration::ZERO,
+        }
+    }
+
+    /// Number of wrong tokens since the start.
+    pub fn wrong_tokens(&self) -> u64 {
+        self.guesses.count()
+    }
+
+    /// Whether a refusal may have a line of the log, and how many before it had none.
     pub fn may_log_refusal(&self) -> Option<u64> {
         self.refusals.lock().unwrap_or_else(PoisonError::into_inner).may_log(now())
     }

@@ -2,15 +2,15 @@
 //! client, transport, method, robots, and outcome.
 
 use std::convert::Infallible;
-use std::future::{Ready, ready};
 use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll};
+use std::task::{Context, Poll, ready};
 
 use http_body::{Frame, SizeHint};
 use simd_proto::access::{Role, TOKEN_HEADER, parse_bearer, parse_cookie};
 use simd_proto::v1::ErrorReason;
 use simd_proto::{CLIENT_HEADER, methods};
+use tokio::time::Sleep;
 use tokio_util::sync::WaitForCancellationFutureOwned;
 use tonic::body::Body;
 use tonic::codegen::http::{HeaderMap, Request, Response, header};
@@ -19,6 +19,7 @@ use tonic::server::NamedService;
 use tonic::{Code, Status};
 
 use super::counted::reason;
+use super::limited::account;
 use super::status::Explained;
 use super::watched::watched;
 use simd_world::SimHandle;
@@ -116,7 +117,9 @@ where
                 if let Some(unlogged) = self.handle.access().may_log_refusal() {
                     said(denied.name()).write_refusal(&denied, &status, unlogged);
                 }
-                Answer::Denied(ready(Ok(status.into_http())))
+                let wait = self.handle.access().wait_before(&denied, &account(&request, transport));
+                let wait = (!wait.is_zero()).then(|| Box::pin(tokio::time::sleep(wait)));
+                Answer::Denied { wait, refusal: Some(status.into_http()) }
             }
         }
     }
@@ -220,7 +223,12 @@ pub enum Answer<F> {
         line: Option<Line>,
     },
     /// A refusal.
-    Denied(Ready<Result<Response<Body>, Infallible>>),
+    Denied {
+        /// Before it is said.
+        wait: Option<Pin<Box<Sleep>>>,
+        /// Until it was said.
+        refusal: Option<Response<Body>>,
+    },
 }
 
 impl<F> Future for Answer<F>
@@ -231,7 +239,15 @@ where
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         match &mut *self {
-            Self::Denied(answer) => Pin::new(answer).poll(context),
+            Self::Denied { wait, refusal } => {
+                if let Some(wait) = wait {
+                    ready!(wait.as_mut().poll(context));
+                }
+                match refusal.take() {
+                    Some(refusal) => Poll::Ready(Ok(refusal)),
+                    None => Poll::Pending,
+                }
+            }
             Self::Passed { answer, grant, line } => Pin::new(answer).poll(context).map_ok(|response| {
                 // Only a refusal has its status in the headers; a stream has its status at its end.
                 let refused = Status::from_header_map(response.headers());

@@ -188,7 +188,7 @@ fn reader(request: &Request<Body>, transport: Transport) -> Reader {
     Reader { account: account(request, transport), connection }
 }
 
-fn account(request: &Request<Body>, transport: Transport) -> Account {
+pub(super) fn account(request: &Request<Body>, transport: Transport) -> Account {
     let extensions = request.extensions();
     if let Some(grant) = extensions.get::<Arc<Grant>>() {
         return Account::Token(grant.name.as_str().into());

@@ -52,7 +52,7 @@ impl TokenFile {
         let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
         let version = fs::metadata(&self.path).as_ref().map(version).unwrap_or_default();
         if version != read.0 {
-            match entries(&self.path).and_then(|read| not_emptied(&self.path, read)) {
+            match entries(&self.path) {
                 Ok((entries, version)) => {
                     let before = self.table.load();
                     let after = table(entries, &before);
@@ -97,21 +97,16 @@ fn table(entries: Vec<TokenEntry>, before: &Table) -> Table {
     entries.into_iter().map(granted).collect()
 }
 
-/// Refuses an empty file in place of one with tokens: the disk was full, or the file is about to be written.
-/// Files of `simctl` have a heading, even without tokens.
-fn not_emptied(path: &Path, read: (Vec<TokenEntry>, Version)) -> Result<(Vec<TokenEntry>, Version), String> {
-    match read.1 {
-        (_, 0) => Err(format!("the file of tokens {}: it is empty", path.display())),
-        _ => Ok(read),
-    }
-}
-
 fn entries(path: &Path) -> Result<(Vec<TokenEntry>, Version), String> {
     let of_file = |sentence: String| format!("the file of tokens {}: {sentence}", path.display());
     let unreadable = |error: std::io::Error| of_file(format!("it cannot be read: {error}"));
     let file = files::open(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
     check_mode(&metadata).map_err(of_file)?;
+    // A disk was full, or the file is about to be written: `simctl` writes a heading, also without tokens.
+    if metadata.len() == 0 {
+        return Err(of_file("it is empty; `simctl token add` writes one".to_owned()));
+    }
     let bytes = files::read(file, MAX_BYTES).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|_| of_file("it is no text".to_owned()))?;
     Ok((parse_tokens(&text).map_err(of_file)?, version(&metadata)))
