@@ -6,6 +6,7 @@ use std::fs;
 use crate::{documents, read, root, words};
 
 /// Documents that still have to be rewritten. The list only shrinks: a document without faults must leave it.
+const DOCUMENTS_LEFT: &[&str] = &[];
 
 /// Crates whose doc comments still have to be rewritten, each by its folder. It shrinks likewise.
 const CRATES_LEFT: &[&str] = &["server/core/"];

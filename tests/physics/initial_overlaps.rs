@@ -15,6 +15,7 @@ use simd_model::robot::{Collision, Geometry, JointKind, MeshAsset, Sha256};
 use simd_tests::{robots, scenes};
 
 use crate::chains::chain;
+use crate::seeds::seeds;
 use crate::saved_state_files::through_a_file;
 use simd_tests::world::{apply, look, passive, run, world};
 

@@ -2,7 +2,7 @@
 //!
 //! * [`field`]: the path of a field, and the refusal of its value.
 //! * [`from_proto`]: requests. Converted values are finite, named, known and in range.
-//! * [`to_proto`]: answers.
+//! * [`to_proto`]: messages of answers.
 //! * [`selection`]: the joints that a client wants to see, resolved once per layout.
 
 pub mod field;

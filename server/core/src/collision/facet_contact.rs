@@ -49,7 +49,7 @@ const BESIDE: f64 = 1e-3;
 const BETWEEN_INTERRUPTS: usize = 1_024;
 
 /// Contact of a shape with a triangle, in the axes of the surface and of the shape.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct FacetPoint {
     pub(super) on_surface: DVec3,
     pub(super) on_shape: DVec3,
