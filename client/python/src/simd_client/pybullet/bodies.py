@@ -12,7 +12,7 @@ from simd_client.surface import Surface
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
 from .ball_motors import BallMotor
-from .motors import Motor
+from .motors import Motor, MotorLoop
 from .rotations import compose, conjugate, inverse, product, rotate
 
 JointInfoTuple = tuple[
@@ -179,6 +179,8 @@ class Body:
     readers: dict[tuple[int, ...], Reader] = field(default_factory=dict[tuple[int, ...], "Reader"])
     # Of calculateInverseKinematics: the joints between the base and a link, by its number.
     chains: dict[int, Any] = field(default_factory=dict[int, Any])
+    # The motors that the script set together last.
+    loop: MotorLoop | None = None
 
     def frame(self, link: str) -> Pose:
         """link_from_inertia."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from itertools import repeat
 from typing import Any
 
@@ -12,7 +12,7 @@ from .ball_motors import unit
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
-from .motors import MOST, NO_LIMIT
+from .motors import MOST, NO_LIMIT, MotorLoop
 from .world import World
 
 _MODES = {
@@ -38,8 +38,19 @@ def setJointMotorControl2(
 ) -> None:
     """Sets a joint's motor, from the next step on."""
     world = connected(physicsClientId)
+    body = world.bodies.get(bodyUniqueId)
+    if body is not None and 0 <= jointIndex < len(body.joints):
+        motor = body.joints[jointIndex].motor
+        rest = (force, positionGain, velocityGain, maxVelocity)
+        if motor.given == rest and motor.mode == controlMode and abs(targetPosition) <= MOST >= abs(targetVelocity):
+            # In a loop.
+            motor.position, motor.velocity = float(targetPosition), float(targetVelocity)
+            world.drive(body, (jointIndex,))
+            if world.playing:
+                world.flush()
+            return
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
-    _check(body, [jointIndex], controlMode)
+    _check(body, (jointIndex,), controlMode)
     setting = (targetPosition, targetVelocity, force, positionGain, velocityGain, maxVelocity)
     _command(world, body, [jointIndex], controlMode, [setting])
     world.sent_if_playing()
@@ -78,6 +89,19 @@ def setJointMotorControlArray(
     """`setJointMotorControl2` for several joints of a robot."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
+    loop = body.loop
+    if (
+        loop is not None
+        and loop.is_like(jointIndices, controlMode, forces, positionGains, velocityGains)
+        and loop.set(
+            _matching(targetPositions, len(loop.motors), "target positions", 0.0),
+            _matching(targetVelocities, len(loop.motors), "target velocities", 0.0),
+        )
+    ):
+        world.drive(body, loop.joints)
+        if world.playing:
+            world.flush()
+        return
     joints = indices(jointIndices, "expected a sequence of joint indices")
     count = len(joints)
     positions = _matching(targetPositions, count, "target positions", 0.0)
@@ -87,8 +111,14 @@ def setJointMotorControlArray(
     kp = _matching(positionGains, count, "position gains", 0.1)
     kd = _matching(velocityGains, count, "velocity gains", 1.0)
     _check(body, joints, controlMode)
-    settings = zip(positions, velocities, most, kp, kd, repeat(-1.0, count), strict=True)
+    settings = [*zip(positions, velocities, most, kp, kd, repeat(-1.0, count), strict=True)]
     _command(world, body, joints, controlMode, settings)
+    if controlMode != constants.TORQUE_CONTROL and all(body.joints[index].motor.given is not None for index in joints):
+        forces, positionGains, velocityGains = (
+            None if values is None else [*values] for values in (forces, positionGains, velocityGains)
+        )
+        motors = [body.joints[index].motor for index in joints]
+        body.loop = MotorLoop(joints, controlMode, forces, positionGains, velocityGains, motors)
     world.sent_if_playing()
 
 
@@ -174,7 +204,7 @@ def _matching(given: Any, count: int, what: str, default: float) -> list[float]:
     return floats(given, refusal, count)
 
 
-def _check(body: Body, joints: list[int], mode: int) -> None:
+def _check(body: Body, joints: Sequence[int], mode: int) -> None:
     if joints and not (min(joints) >= 0 and max(joints) < len(body.joints)):
         raise error("Joint index out-of-range.")
     if mode not in _MODES:
@@ -186,13 +216,14 @@ def _command(
     body: Body,
     joints: list[int],
     mode: int,
-    settings: Iterable[tuple[float, float, float, float, float, float]],
+    settings: Sequence[tuple[float, float, float, float, float, float]],
 ) -> None:
     """Changes motors of joints that are there: position, velocity, force, gains of both, and the highest velocity of each. Does
     nothing with a joint that has no motor."""
+    body.loop = None
     driven: list[int] = []
     checked = [tuple(map(_settled, own, _NAMES)) for own in settings]
-    for index, own in zip(joints, checked, strict=True):
+    for index, own, given in zip(joints, checked, settings, strict=True):
         position, velocity, force, position_gain, velocity_gain, max_velocity = own
         joint = body.joints[index]
         if not joint.driven:
@@ -218,6 +249,7 @@ def _command(
         motor.velocity_gain = velocity_gain
         motor.force = abs(force)
         motor.max_velocity = max_velocity if max_velocity > 0.0 else 0.0
+        motor.given = given[2:]
     world.drive(body, driven)
 
 

@@ -23,6 +23,7 @@ leaves 0.1 % of the effort's effect, and a velocity target that of `STIFF`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from . import constants
 
@@ -56,6 +57,8 @@ class Motor:
     max_velocity: float = 0.0
     # TORQUE_CONTROL, for the next step only: the sum of what was asked for since the last one.
     torque: float | None = None
+    # What the script gave beside position and velocity, which loops alone change.
+    given: tuple[float, float, float, float] | None = None
 
     def limit(self, h: float, parts: int = 1) -> float:
         """The most effort over a substep of h seconds, of which a step has `parts`. A force without a limit stays one."""
@@ -63,6 +66,43 @@ class Motor:
             return FIRST_IMPULSE / h
         # The spring and damper of PD_CONTROL are a force and no impulse.
         return self.force if self.mode == constants.PD_CONTROL else self.force * parts
+
+
+@dataclass(frozen=True, slots=True)
+class MotorLoop:
+    """The motors that a script set together last: a loop sets the same ones again, to other positions and velocities."""
+
+    joints: list[int]
+    mode: int
+    forces: list[Any] | None
+    position_gains: list[Any] | None
+    velocity_gains: list[Any] | None
+    motors: list[Motor]
+
+    def is_like(self, joints: Any, mode: int, forces: Any, position_gains: Any, velocity_gains: Any) -> bool:
+        """Whether nothing else changes."""
+        return (
+            mode == self.mode
+            and _same(joints, self.joints)
+            and _same(forces, self.forces)
+            and _same(position_gains, self.position_gains)
+            and _same(velocity_gains, self.velocity_gains)
+        )
+
+    def set(self, positions: list[float], velocities: list[float]) -> bool:
+        """Changes those, unless there are some that the daemon does not take as they are."""
+        if not self.motors or min(positions) < -MOST or max(positions) > MOST or min(velocities) < -MOST or max(velocities) > MOST:
+            return False
+        for motor, position, velocity in zip(self.motors, positions, velocities, strict=True):
+            motor.position, motor.velocity = position, velocity
+        return True
+
+
+def _same(given: Any, known: list[Any] | None) -> bool:
+    """Whether a script's argument has these values."""
+    if given is None or known is None or not hasattr(given, "__iter__"):
+        return given is known
+    return (given if type(given) is list else [*given]) == known
 
 
 @dataclass(frozen=True, slots=True)
