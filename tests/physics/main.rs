@@ -51,6 +51,7 @@ mod scenes;
 mod seams;
 mod seeds;
 mod sensors;
+mod servos;
 mod seven_arm;
 mod shape_casts;
 mod sleeping;

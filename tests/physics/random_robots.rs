@@ -126,7 +126,7 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
     };
     let robot = if rng.u8(0..12) == 0 { "missing" } else { robot }.to_owned();
     let gain = |rng: &mut Rng| rng.bool().then(|| wild(rng, 1e-2, 1e6).abs());
-    let target = match rng.u8(0..8) {
+    let target = match rng.u8(0..9) {
         0 => Target::Position {
             position: value,
             velocity: 0.0,
@@ -157,6 +157,16 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
             max_effort: gain(rng),
         },
         6 => Target::Torque(vector(rng, 1.0) * value),
+        7 => Target::Servo {
+            position: value,
+            rate: wild(rng, 1e-2, 1e3),
+            velocity: wild(rng, 1e-3, 1e2),
+            slip: rng.f64() * 2.2 - 1.1,
+            damping: gain(rng),
+            feed_forward: 0.0,
+            max_effort: gain(rng),
+            max_velocity: gain(rng),
+        },
         _ => Target::Hold,
     };
     let spherical = rng

@@ -9286,6 +9286,40 @@ pub struct VelocityTarget {
     #[prost(double, optional, tag = "4")]
     pub max_effort: ::core::option::Option<f64>,
 }
+/// Keep a velocity that depends on where the joint is: a position loop around a velocity loop, as in industrial drives and in
+/// PyBullet's motors. In each substep the actuator aims at
+///
+///    velocity + rate (position - q) + slip u, at most max_velocity
+///
+/// where q is the joint's position before the substep and u its velocity after the substep if no actuator acted.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct ServoTarget {
+    /// rad or m. It may lie beyond the joint's limits, which then stop the joint.
+    #[prost(double, tag = "1")]
+    pub position: f64,
+    /// 1/s, at least 0. With 0 the position has no effect.
+    #[prost(double, tag = "2")]
+    pub rate: f64,
+    /// rad/s or m/s.
+    #[prost(double, tag = "3")]
+    pub velocity: f64,
+    /// -1 to 1. With 0 the actuator resists all other forces, as far as its effort is enough.
+    #[prost(double, tag = "4")]
+    pub slip: f64,
+    /// N m s/rad or N s/m; absent is stiff enough for 0.1 % under gravity.
+    #[prost(double, optional, tag = "5")]
+    pub damping: ::core::option::Option<f64>,
+    /// Added to the actuator's effort, N m or N.
+    #[prost(double, tag = "6")]
+    pub feed_forward_effort: f64,
+    /// N m or N, at least 0: the most that the actuator applies for this target, beside
+    /// the joint's own limit.
+    #[prost(double, optional, tag = "7")]
+    pub max_effort: ::core::option::Option<f64>,
+    /// rad/s or m/s, at least 0: the largest velocity to aim at, beside the joint's own limit.
+    #[prost(double, optional, tag = "8")]
+    pub max_velocity: ::core::option::Option<f64>,
+}
 /// Apply an effort until the next target.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct EffortTarget {
@@ -9358,7 +9392,7 @@ pub struct JointTarget {
     /// For a planar joint: 0 x, 1 y, 2 angle.
     #[prost(uint32, tag = "7")]
     pub axis: u32,
-    #[prost(oneof = "joint_target::Target", tags = "2, 3, 4, 5, 6, 8, 9, 10")]
+    #[prost(oneof = "joint_target::Target", tags = "2, 3, 4, 5, 6, 8, 9, 10, 11")]
     pub target: ::core::option::Option<joint_target::Target>,
 }
 /// Nested message and enum types in `JointTarget`.
@@ -9382,6 +9416,8 @@ pub mod joint_target {
         SphericalVelocity(super::SphericalVelocityTarget),
         #[prost(message, tag = "10")]
         SphericalEffort(super::SphericalEffortTarget),
+        #[prost(message, tag = "11")]
+        Servo(super::ServoTarget),
     }
 }
 /// One mode for all actuated joints, for controllers that drive whole robots.

@@ -67,6 +67,7 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
         max_velocity,
         setpoint,
         setpoint_velocity,
+        servo,
     } = &mut axis.actuator;
     let mut numbers =
         vec![damping, friction, armature, spring_stiffness, spring_rest, default_stiffness, default_damping];
@@ -74,6 +75,7 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
     numbers.extend([target, target_velocity, feed_forward, setpoint, setpoint_velocity]);
     let optional = [lower, upper, effort, velocity, stiffness, target_damping, max_effort, max_velocity];
     numbers.extend(optional.into_iter().flatten());
+    numbers.extend(servo.iter_mut().flat_map(|servo| [&mut servo.rate, &mut servo.slip]));
     numbers
 }
 

@@ -94,7 +94,7 @@ pub struct Actuator {
     pub mode: Mode,
     /// rad or m; rad/s or m/s; N m or N: as the mode says.
     pub target: f64,
-    /// In position mode: the velocity that the damper pulls towards at the target.
+    /// In position mode: the velocity that the damper pulls towards at the target. A servo adds it.
     pub velocity: f64,
     /// In position mode; `None` is the joint's default.
     pub stiffness: Option<f64>,
@@ -111,6 +111,17 @@ pub struct Actuator {
     pub setpoint: f64,
     /// How fast the setpoint moves.
     pub setpoint_velocity: f64,
+    /// In position and velocity mode: keeps a velocity that depends on the joint's state, and has no spring.
+    pub servo: Option<Servo>,
+}
+
+/// A position loop around a velocity loop; see [`Axis::asked_velocity`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Servo {
+    /// Velocity by error of the position, 1/s.
+    pub rate: f64,
+    /// Part of the free velocity that the joint keeps: of its velocity after the step if no actuator acted.
+    pub slip: f64,
 }
 
 /// The law of an actuator over one step, in the terms of dynamics: effort =
@@ -202,15 +213,17 @@ impl Axis {
         let (settings, actuator) = (&self.settings, &self.actuator);
         let limit = self.most_effort();
         let still = Drive { limit, ..Drive::default() };
+        let keep_velocity = |velocity: f64| Drive {
+            damping: actuator.damping.unwrap_or(DEFAULT_VELOCITY_GAIN * settings.composite_inertia / h),
+            velocity,
+            feed_forward: actuator.feed_forward,
+            ..still
+        };
         match actuator.mode {
             Mode::None | Mode::Passive => still,
             Mode::Effort => Drive { feed_forward: actuator.target, ..still },
-            Mode::Velocity => Drive {
-                damping: actuator.damping.unwrap_or(DEFAULT_VELOCITY_GAIN * settings.composite_inertia / h),
-                velocity: actuator.target,
-                feed_forward: actuator.feed_forward,
-                ..still
-            },
+            Mode::Velocity => keep_velocity(actuator.target),
+            Mode::Position if actuator.servo.is_some() => keep_velocity(actuator.velocity),
             Mode::Position | Mode::Hold => Drive {
                 stiffness: actuator.stiffness.unwrap_or(settings.default_stiffness),
                 damping: actuator.damping.unwrap_or(settings.default_damping),
@@ -222,6 +235,19 @@ impl Axis {
         }
     }
 
+    /// The velocity that a servo aims at over a step from the position `q`, of a joint whose velocity after it would be `free` if no
+    /// actuator acted; `None` without a servo.
+    ///
+    /// A servo in front of a stiff damper is a constraint on the new velocity, whose impulse is bounded by the effort limit: the
+    /// joint motor of Bullet (`btMultiBodyJointMotor`).
+    pub fn asked_velocity(&self, q: f64, free: f64) -> Option<f64> {
+        let Actuator { mode, target, velocity, max_velocity, servo, .. } = self.actuator;
+        let Servo { rate, slip } = servo?;
+        let steady = if mode == Mode::Position { velocity + rate * (target - q) } else { target };
+        let most = least(self.settings.limits.velocity, max_velocity);
+        Some((steady + slip * free).max(-most).min(most))
+    }
+
     /// Moves the setpoint by one step of `h` towards the target: a trapezoidal velocity
     /// profile, no faster than the joint's velocity limit, and speeding up and braking
     /// with half of what its effort limit can do with its composite inertia. A joint
@@ -231,7 +257,7 @@ impl Axis {
     /// around the target for seconds. The damper does not pull along with the setpoint;
     /// the joint follows 2 / bandwidth seconds behind, and never passes its velocity.
     pub fn advance_setpoint(&mut self, h: f64) {
-        if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) {
+        if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) || self.actuator.servo.is_some() {
             return;
         }
         let Actuator { target, setpoint, setpoint_velocity, .. } = &mut self.actuator;

@@ -238,7 +238,7 @@ impl Articulation {
         let Self { tree, state, scratch } = self;
         let StepScratch { passes, subtrees, is_weakened, .. } = scratch;
         *is_weakened = false;
-        let mut any_compensates = false;
+        let (mut any_compensates, mut any_slips) = (false, false);
         for body in &tree.bodies {
             if !matches!(body.joint_type, JointType::Revolute | JointType::Prismatic) {
                 any_compensates |= set_ball_drives(state, body, h);
@@ -249,7 +249,14 @@ impl Articulation {
             axis.advance_setpoint(h);
             *drive = axis.drive(h);
             any_compensates |= is_compensated(axis);
-            // An actuator that saturated in the last step mostly saturates in this one.
+            if let Some(velocity) = axis.asked_velocity(state.positions[body.position], 0.0) {
+                drive.velocity = velocity;
+                any_slips |= axis.actuator.servo.is_some_and(|servo| servo.slip != 0.0);
+                // Another position target begins where the joint is.
+                axis.actuator.setpoint = state.positions[body.position];
+                axis.actuator.setpoint_velocity = state.velocities[body.velocity];
+            }
+            // An actuator that saturated in the last step mostly does in this one.
             drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
         }
         if any_compensates {
@@ -257,6 +264,30 @@ impl Articulation {
             let base = Placement::new(base.rotation, base.translation);
             compensate(tree, axes, &passes.bodies, base_acceleration(&base, gravity), subtrees, drives);
         }
+        if any_slips {
+            self.let_slip(gravity, h);
+        }
+    }
+
+    /// Adds to the velocities that servos aim at the parts of the free velocities that they let through.
+    fn let_slip(&mut self, gravity: DVec3, h: f64) {
+        for drive in &mut self.state.drives {
+            // What saturates has no gains.
+            drive.saturated = Some(drive.feed_forward);
+        }
+        self.predict(gravity, h);
+        let Self { tree, state, scratch } = self;
+        let BodyState { positions, axes, drives, .. } = state;
+        for body in &tree.bodies {
+            let dof = body.velocity;
+            if matches!(body.joint_type, JointType::Revolute | JointType::Prismatic)
+                && let Some(velocity) =
+                    axes[dof].asked_velocity(positions[body.position], scratch.new_velocities[dof])
+            {
+                drives[dof].velocity = velocity;
+            }
+        }
+        drives.iter_mut().for_each(|drive| drive.saturated = None);
     }
 
     /// Second and third pass: computes the new velocities without constraints.

@@ -55,7 +55,7 @@ pub mod tree;
 pub mod trigonometry;
 pub mod velocity_terms;
 
-pub use actuator::{Actuator, Axis, Mode};
+pub use actuator::{Actuator, Axis, Mode, Servo};
 pub use articulation::{Articulation, BodyState, LARGEST_STATE};
 pub use configuration::Configuration;
 pub use integrator::Integrator;

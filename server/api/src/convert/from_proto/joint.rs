@@ -102,6 +102,18 @@ fn target(at: &Path<'_>, given: v1::joint_target::Target) -> Result<Target, BadF
             feed_forward_effort: feed_forward,
             max_effort,
         }) => Target::Velocity { velocity, damping, feed_forward, max_effort },
+        v1::joint_target::Target::Servo(v1::ServoTarget {
+            position,
+            rate,
+            velocity,
+            slip,
+            damping,
+            feed_forward_effort: feed_forward,
+            max_effort,
+            max_velocity,
+        }) => {
+            Target::Servo { position, rate, velocity, slip, damping, feed_forward, max_effort, max_velocity }
+        }
         v1::joint_target::Target::Effort(v1::EffortTarget { effort }) => Target::Effort(effort),
         v1::joint_target::Target::Passive(v1::PassiveTarget {}) => Target::Passive,
         v1::joint_target::Target::Hold(v1::HoldTarget {}) => Target::Hold,

@@ -257,16 +257,19 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
         max_velocity,
         setpoint,
         setpoint_velocity,
+        servo,
     } = axis.actuator;
     let sizes_of_axis = [damping, friction, armature, spring_stiffness, default_stiffness, default_damping];
     sizes("settings of axes", sizes_of_axis)?;
-    let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity];
+    let rate = servo.map(|servo| servo.rate);
+    let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity, rate];
     sizes("limits and gains of axes", given.into_iter().flatten())?;
     finite("limits of axes", [lower, upper].into_iter().flatten())?;
     if lower > upper && upper.is_some() {
         return Err("limits of axes of which the lower is above the upper".into());
     }
     finite("springs of axes", [spring_rest])?;
+    finite("servos of axes", servo.map(|servo| servo.slip))?;
     finite(
         "targets of axes",
         [composite_inertia, target, target_velocity, feed_forward, setpoint, setpoint_velocity],

@@ -11,7 +11,7 @@ use super::free::Root;
 use super::joint::{Body, Law, State, has_setpoint};
 use super::number::Lanes;
 use super::vectors::Vector;
-use crate::dynamics::actuator::Mode;
+use crate::dynamics::actuator::{Axis, Mode};
 use crate::dynamics::articulated::base_acceleration;
 use crate::dynamics::constraint::Impulses;
 use crate::dynamics::gravity_compensation::is_compensated;
@@ -94,7 +94,12 @@ fn first_joint(tree: &Tree) -> usize {
     usize::from(!tree.fixed_base)
 }
 
-/// Returns whether robots of such a tree can be in lanes.
+/// Whether lanes do not know how an axis is driven.
+fn is_left_out(axis: &Axis) -> bool {
+    is_compensated(axis) || axis.actuator.servo.is_some()
+}
+
+/// Whether robots of such a tree can be in lanes.
 pub fn fits_lanes(tree: &Tree) -> bool {
     let first = first_joint(tree);
     let (q, qd) = (tree.root_positions(), tree.root_velocities());
@@ -171,7 +176,7 @@ impl<S: Simd> LaneRobot<S> {
             state.has_external_changed || state.external.iter().any(|push| *push != Spatial::ZERO);
         let must_begin = self.stepping.integrator == Integrator::Leapfrog && state.history == History::Given;
         let fits = tree.bodies.len() == self.states.len() && first_joint(tree) == self.first;
-        if !fits || !fits_lanes(tree) || has_wrench || must_begin || state.axes.iter().any(is_compensated) {
+        if !fits || !fits_lanes(tree) || has_wrench || must_begin || state.axes.iter().any(is_left_out) {
             return false;
         }
         let (of_root, of_joints) = state.axes.split_at(tree.root_velocities());

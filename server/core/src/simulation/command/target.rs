@@ -132,6 +132,25 @@ pub enum Target {
     },
     /// Apply a torque to a spherical joint, in the child's axes, N m.
     Torque(#[serde(with = "vector3")] DVec3),
+    /// Keep a velocity that depends on where the joint is; see [`Axis::asked_velocity`](crate::dynamics::Axis::asked_velocity).
+    Servo {
+        /// rad or m; it may lie beyond the joint's limits.
+        position: f64,
+        /// 1/s; with 0 the position has no effect.
+        rate: f64,
+        /// rad/s or m/s.
+        velocity: f64,
+        /// Part of the free velocity that the joint keeps, -1 to 1.
+        slip: f64,
+        /// N m s/rad or N s/m; `None` is stiff enough for 0.1 % under gravity.
+        damping: Option<f64>,
+        /// Added to the actuator's effort.
+        feed_forward: f64,
+        /// The most effort that is applied for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+        /// The largest velocity to aim at; `None` is the joint's limit.
+        max_velocity: Option<f64>,
+    },
 }
 
 impl Target {

@@ -1,7 +1,7 @@
 //! Targets for joints: validated as a whole, then applied as a whole.
 
 use crate::dynamics::spherical::rotation_vector;
-use crate::dynamics::{Actuator, Articulation, Axis, Mode};
+use crate::dynamics::{Actuator, Articulation, Axis, Mode, Servo};
 use crate::simulation::claim::ClaimId;
 use crate::simulation::command::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 use crate::simulation::entity::Entity;
@@ -29,7 +29,7 @@ impl Simulation {
             check.robot(robot_index, &self.entities[robot_index], targets).map_err(within)?;
         }
         let Check { accepted, clamped, .. } = check;
-        let law = |actuator: &Actuator| (actuator.mode, actuator.stiffness, actuator.damping);
+        let law = |actuator: &Actuator| (actuator.mode, actuator.stiffness, actuator.damping, actuator.servo);
         let mut changed_law = false;
         let joints: Vec<_> = accepted.iter().map(|target| (target.entity, target.joint)).collect();
         self.targets_were_set(joints, request.source.as_ref());
@@ -198,6 +198,7 @@ pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -
                 max_velocity,
                 setpoint,
                 setpoint_velocity,
+                servo: None,
             }
         }
         Target::Velocity { velocity, damping, feed_forward, max_effort } => {
@@ -209,6 +210,33 @@ pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -
                 damping,
                 feed_forward,
                 max_effort,
+                ..Actuator::default()
+            }
+        }
+        // Limits stop the joint: a servo's position may lie beyond them.
+        Target::Servo {
+            position: wanted,
+            rate,
+            velocity,
+            slip,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        } => {
+            let (mode, target) =
+                if rate > 0.0 { (Mode::Position, wanted) } else { (Mode::Velocity, velocity) };
+            Actuator {
+                mode,
+                target,
+                velocity,
+                damping,
+                feed_forward,
+                max_effort,
+                max_velocity,
+                setpoint: position,
+                setpoint_velocity: joint_velocity,
+                servo: Some(Servo { rate, slip }),
                 ..Actuator::default()
             }
         }
@@ -275,11 +303,15 @@ fn of_axes(target: &Target, is_spherical: bool) -> Result<[Option<Target>; 3], E
         Target::Velocity { velocity, .. } if is_spherical => {
             Err(check::refuse("velocity", velocity, "the joint is spherical: it takes an angular velocity"))
         }
+        Target::Servo { position, .. } if is_spherical => {
+            Err(check::refuse("servo", position, "the joint is spherical: it takes an orientation"))
+        }
         Target::Effort(effort) if is_spherical => {
             Err(check::refuse("effort", effort, "the joint is spherical: it takes a torque"))
         }
         Target::Position { .. }
         | Target::Velocity { .. }
+        | Target::Servo { .. }
         | Target::Effort(_)
         | Target::Passive
         | Target::Hold => Ok([Some(*target), None, None]),
@@ -316,6 +348,16 @@ fn check_target(target: &Target) -> Result<(), Error> {
             check::gain("velocity.damping", damping)?;
             check::optional_at_least_zero("velocity.max_effort", max_effort)?;
             check::moderate("velocity.feed_forward_effort", feed_forward).map(drop)
+        }
+        Target::Servo { position, rate, velocity, slip, damping, feed_forward, max_effort, max_velocity } => {
+            check::moderate("servo.position", position)?;
+            check::gain("servo.rate", Some(rate))?;
+            check::moderate("servo.velocity", velocity)?;
+            check::within("servo.slip", slip, -1.0..=1.0)?;
+            check::gain("servo.damping", damping)?;
+            check::optional_at_least_zero("servo.max_effort", max_effort)?;
+            check::optional_at_least_zero("servo.max_velocity", max_velocity)?;
+            check::moderate("servo.feed_forward_effort", feed_forward).map(drop)
         }
         Target::Effort(effort) => check::moderate("effort.effort", effort).map(drop),
         Target::Orientation {
