@@ -91,18 +91,13 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     };
     world::keep(&config, &handle);
     tokio::spawn(handle.draining().run_until_cancelled_owned(access.keep_current()));
+    let ways = zenoh.as_ref().map_or_else(http::ZenohWays::default, |zenoh| http::ZenohWays {
+        listen: zenoh.locators().to_vec(),
+        routers: config.zenoh.connect.clone(),
+    });
+    let page = page(&config, tls.is_some(), ways);
     let ros2 = config.ros2.enabled.then(|| ros2::start(config.ros2, &handle)).transpose();
     let ros2 = ros2.map_err(Error::System)?;
-    let page = http::Settings {
-        bundle: http::Bundle::embedded(),
-        hosts: http::Hosts::new(&config.allow_hosts),
-        frame_ancestors: http::FrameAncestors::new(&config.frame_ancestors),
-        is_tls: tls.is_some(),
-        zenoh: zenoh.as_ref().map_or_else(http::ZenohWays::default, |zenoh| http::ZenohWays {
-            listen: zenoh.locators().to_vec(),
-            routers: config.zenoh.connect.clone(),
-        }),
-    };
     let threads = FrontEndThreads::start().map_err(Error::System)?;
     let listeners = Listeners { tcp: listener, unix };
     let door = threads.door().clone();
@@ -110,6 +105,17 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         crate::grpc::serve(threads, handle.clone(), listeners, tls.clone(), page, config.connections);
     let server = door.spawn(serving);
     Ok(Running { handle, address, unix_socket, tls, zenoh, ros2, server, autosave: config.autosave })
+}
+
+/// The page and the rules for browsers, which are served beside the calls.
+pub(crate) fn page(config: &Config, is_tls: bool, zenoh: http::ZenohWays) -> http::Settings {
+    http::Settings {
+        bundle: http::Bundle::embedded(),
+        hosts: http::Hosts::new(&config.allow_hosts),
+        frame_ancestors: http::FrameAncestors::new(&config.frame_ancestors),
+        is_tls,
+        zenoh,
+    }
 }
 
 /// What a start reads before it takes an address.

@@ -13,8 +13,10 @@
 //! tasks wait until notices are read.
 
 mod direct;
+mod kept_step;
 mod notices;
 mod publications;
+mod serving;
 #[cfg(test)]
 mod tests;
 
@@ -40,9 +42,12 @@ use tonic::service::Routes;
 use tonic::{Request, Status, Streaming};
 
 use self::direct::Direct;
+pub use self::kept_step::KeptStep;
 pub use self::notices::{Notice, Ticket, What};
 use self::notices::{Notices, Notifier};
 pub use self::publications::Topic;
+pub use self::serving::Served;
+use self::serving::Serving;
 use crate::config::{Autosave, Config};
 use crate::daemon::{self, Error};
 use simd_api::service::routes;
@@ -80,6 +85,7 @@ pub struct Embedded {
     under_way: Arc<Mutex<UnderWay>>,
     notifier: Notifier,
     notices: Mutex<Notices>,
+    serving: Serving,
 }
 
 /// Begun calls and subscriptions, by ticket.
@@ -121,6 +127,7 @@ impl Embedded {
             }
         }
         let (notifier, notices) = notices::channel();
+        let serving = Serving::of(&config);
         let connection = CancellationToken::new();
         Ok(Self {
             services: routes(&handle, Transport::Handle),
@@ -134,6 +141,7 @@ impl Embedded {
             under_way: Arc::default(),
             notifier,
             notices: Mutex::new(notices),
+            serving,
         })
     }
 
@@ -154,15 +162,26 @@ impl Embedded {
         method: &str,
         request: Bytes,
         time_limit: Duration,
-        mut goes_on: impl FnMut() -> bool,
+        goes_on: impl FnMut() -> bool,
     ) -> Result<Bytes, Status> {
         let method = self.find(method)?;
-        let mut answer = pin!(async {
+        let answer = async {
             match self.direct.call(method, &request).await {
                 Some(answer) => answer,
                 None => answer(self.prepare(method, request)).await,
             }
-        });
+        };
+        self.wait(answer, time_limit, goes_on)
+    }
+
+    /// Waits for an answer on this thread, as [`call`](Self::call) does.
+    fn wait<A>(
+        &self,
+        answer: impl Future<Output = Result<A, Status>>,
+        time_limit: Duration,
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<A, Status> {
+        let mut answer = pin!(answer);
         let runtime = self.runtime()?;
         let mut left = time_limit;
         loop {
@@ -254,6 +273,7 @@ impl Embedded {
         self.handle.draining().cancel();
         // Saved once no more calls arrive.
         if let Some(runtime) = self.runtime.as_ref().filter(|_| was_open) {
+            runtime.block_on(self.serving.end());
             runtime.block_on(daemon::world::save_last(self.autosave.as_ref(), &self.handle));
         }
         for (_, task) in self.lock().tasks.drain() {

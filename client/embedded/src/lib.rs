@@ -5,7 +5,8 @@
 //! Python asks for the results of pending calls, so that no thread of Rust blocks the end of the interpreter.
 
 use std::ffi::OsString;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use bytes::Bytes;
@@ -14,7 +15,8 @@ use pyo3::exceptions::{PyException, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList};
 use simd_server::config::{Config, ConfigError};
-use simd_server::embedded::{Embedded, Notice, Topic, What};
+use simd_server::daemon::Error;
+use simd_server::embedded::{Embedded, KeptStep, Notice, Served, Topic, What};
 
 create_exception!(
     simd_embedded,
@@ -79,12 +81,7 @@ impl World {
         let (embedded, time_limit) = (self.open()?, seconds(time_limit)?);
         let request = Bytes::copy_from_slice(request);
         let mut signal = None;
-        let answer = py.detach(|| {
-            embedded.call(method, request, time_limit, || {
-                signal = Python::attach(|py| py.check_signals()).err();
-                signal.is_none()
-            })
-        });
+        let answer = py.detach(|| embedded.call(method, request, time_limit, || goes_on(&mut signal)));
         match (answer, signal) {
             (_, Some(signal)) => Err(signal),
             (Ok(answer), None) => Ok(PyBytes::new(py, &answer)),
@@ -92,8 +89,31 @@ impl World {
         }
     }
 
-    /// Begins a call; returns its ticket. `next_notices` reports its result. Raises `Refused` above the
-    /// maximum number of pending calls.
+    /// Keeps a `StepSimulationRequest`, for loops that change one number of each target. Raises `Refused`.
+    fn keep_step(&self, py: Python<'_>, request: &[u8]) -> PyResult<Step> {
+        let embedded = self.open()?;
+        let kept = embedded.keep_step(request).map_err(|status| refused(py, &embedded.refusal(&status)))?;
+        Ok(Step { embedded: Arc::downgrade(&embedded), kept: Mutex::new(kept) })
+    }
+
+    /// Serves the page and the services at `HOST:PORT` until the world ends. Returns the address with the port that it got, and the
+    /// descriptor of its socket. Raises `OSError` if it cannot be listened on, `ValueError` for any other reason.
+    fn serve(&self, py: Python<'_>, address: &str) -> PyResult<(String, i32)> {
+        let embedded = self.open()?;
+        let parsed = address.parse::<SocketAddr>();
+        let parsed = parsed.map_err(|_| {
+            PyValueError::new_err(format!(
+                "`{address}` is no address to serve at: give IP:PORT, as 127.0.0.1:7400"
+            ))
+        })?;
+        match py.detach(|| embedded.serve(parsed)) {
+            Ok(Served { address, descriptor }) => Ok((address.to_string(), descriptor)),
+            Err(error @ Error::Listen { .. }) => Err(PyOSError::new_err(error.to_string())),
+            Err(error) => Err(PyValueError::new_err(error.to_string())),
+        }
+    }
+
+    /// Begins a call; returns its ticket. `next_notices` says what becomes of it. Raises `Refused` where too many are under way.
     fn begin(&self, py: Python<'_>, method: &str, request: &[u8], time_limit: f64) -> PyResult<u64> {
         let (embedded, time_limit) = (self.open()?, seconds(time_limit)?);
         let request = Bytes::copy_from_slice(request);
@@ -146,11 +166,60 @@ impl World {
     }
 }
 
+/// A step whose request is kept.
+#[pyclass(frozen, module = "simd_embedded")]
+struct Step {
+    embedded: Weak<Embedded>,
+    kept: Mutex<KeptStep>,
+}
+
+/// Joint states of a robot: its name, the version of its layout, positions, velocities, efforts.
+type RobotStates<'py> = (String, u64, Bound<'py, PyList>, Bound<'py, PyList>, Bound<'py, PyList>);
+
+#[pymethods]
+impl Step {
+    /// Makes the step with other numbers of its targets, one each, or with the last ones if there are none. Returns the sequence number
+    /// and the simulation time of the state after it, and the joint states of each robot. Waits as `call` does. Raises `Refused`, and
+    /// `ValueError` once the world is closed.
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        numbers: Vec<f64>,
+        time_limit: f64,
+    ) -> PyResult<(u64, f64, Vec<RobotStates<'py>>)> {
+        let embedded = self.embedded.upgrade().ok_or_else(|| PyValueError::new_err("the world is closed"))?;
+        let time_limit = seconds(time_limit)?;
+        let mut signal = None;
+        let stepped = py.detach(|| {
+            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+            embedded.step_kept(&mut kept, &numbers, time_limit, || goes_on(&mut signal))
+        });
+        if let Some(signal) = signal {
+            return Err(signal);
+        }
+        let answer = stepped.map_err(|status| refused(py, &embedded.refusal(&status)))?;
+        let states = answer.states.unwrap_or_default();
+        let stamp = states.stamp.unwrap_or_default();
+        let robots = states.robots.into_iter().map(|robot| {
+            let list = |numbers: &[f64]| PyList::new(py, numbers);
+            let (position, velocity) = (list(&robot.position)?, list(&robot.velocity)?);
+            Ok((robot.robot, robot.layout_version, position, velocity, list(&robot.effort)?))
+        });
+        Ok((stamp.sequence, stamp.sim_time, robots.collect::<PyResult<_>>()?))
+    }
+}
+
 impl World {
     fn open(&self) -> PyResult<Arc<Embedded>> {
         let embedded = self.embedded.lock().unwrap_or_else(PoisonError::into_inner);
         embedded.clone().ok_or_else(|| PyValueError::new_err("the world is closed"))
     }
+}
+
+/// Whether no signal, such as Ctrl-C's, has come.
+fn goes_on(signal: &mut Option<PyErr>) -> bool {
+    *signal = Python::attach(|py| py.check_signals()).err();
+    signal.is_none()
 }
 
 fn seconds(time_limit: f64) -> PyResult<Duration> {
@@ -170,6 +239,8 @@ mod simd_embedded {
 
     #[pymodule_export]
     use super::Refused;
+    #[pymodule_export]
+    use super::Step;
     #[pymodule_export]
     use super::World;
 

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import re
+import socket
 import subprocess
 import sys
 import threading
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -122,3 +127,93 @@ def test_without_the_wheel_the_error_says_what_to_do(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(embedded_link, "MODULE", "simd_embedded_that_is_not_there")
     with pytest.raises(simd_client.Unavailable, match="pip install dist/simd_embedded"):
         simd_client.connect("embedded")
+
+
+def get(address: str, path: str) -> bytes:
+    """What is served at a path."""
+    with urllib.request.urlopen(f"http://{address}{path}", timeout=10.0) as answer:
+        return answer.read()
+
+
+def call(address: str, method: str, request: bytes) -> bytes:
+    """The answer of a call over gRPC-Web: a flag, four bytes of length, a message."""
+    asked = urllib.request.Request(
+        f"http://{address}/simd.v1.{method}",
+        data=bytes(1) + len(request).to_bytes(4, "big") + request,
+        headers={"content-type": "application/grpc-web+proto", "x-grpc-web": "1"},
+    )
+    with urllib.request.urlopen(asked, timeout=10.0) as answer:
+        framed: bytes = answer.read()
+    return framed[5 : 5 + int.from_bytes(framed[1:5], "big")]
+
+
+def served(capfd: pytest.CaptureFixture[str]) -> str:
+    """The address that a line on stderr names."""
+    found = re.search(r"is served at http://(\S+)/ and not at", capfd.readouterr().err)
+    assert found is not None
+    return found[1]
+
+
+def test_a_served_world_answers_others_while_its_program_steps_it(capfd: pytest.CaptureFixture[str]) -> None:
+    with simd_client.connect("embedded", config={"paused": True}, serve="127.0.0.1:0") as sim:
+        sim.load(ASSETS / "Two Link.v2", "arm", fixed=True)
+        sim.parameters.add_slider("speed", 0.0, 1.0, 0.0)
+        address, stop = served(capfd), threading.Event()
+
+        def steps() -> None:
+            while not stop.is_set():
+                sim.step()
+
+        stepping = threading.Thread(target=steps)
+        stepping.start()
+        try:
+            assert b"<html" in get(address, "/").lower()
+            assert b'"arm"' in get(address, "/robots")
+            change = proto.SetParametersRequest(changes=[proto.ParameterChange(name="speed", value=0.75)])
+            call(address, "ParameterService/SetParameters", change.SerializeToString())
+        finally:
+            stop.set()
+            stepping.join()
+        assert sim.parameters["speed"] == 0.75
+    with pytest.raises(urllib.error.URLError):
+        get(address, "/")
+
+
+def test_a_taken_port_is_replaced_and_an_address_for_others_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        asked = f"127.0.0.1:{taken.getsockname()[1]}"
+        with simd_client.connect("embedded", serve=asked):
+            address = served(capfd)
+            assert address != asked and b"<html" in get(address, "/").lower()
+    with pytest.raises(simd_client.EndpointError, match="other machines"):
+        simd_client.connect("embedded", serve="0.0.0.0:0")
+    with pytest.raises(simd_client.EndpointError, match="give IP:PORT"):
+        simd_client.connect("embedded", serve="everywhere")
+    with pytest.raises(simd_client.EndpointError, match="is for a world in this process"):
+        simd_client.connect("tcp/127.0.0.1:1", serve="127.0.0.1:0")
+
+
+def test_a_forked_process_does_not_serve(capfd: pytest.CaptureFixture[str]) -> None:
+    """Its copy of the socket is closed, so that the port is free once the program has ended the world."""
+    with simd_client.connect("embedded", config={"paused": True}, serve="127.0.0.1:0"):
+        address = served(capfd)
+        (ends, end), (ready, say) = os.pipe(), os.pipe()
+        child = os.fork()
+        if child == 0:
+            os.write(say, b"1")
+            os.close(end)
+            os.read(ends, 1)
+            os._exit(0)
+        assert os.read(ready, 1) == b"1"
+        assert b"<html" in get(address, "/").lower()
+    try:
+        host, _, port = address.rpartition(":")
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection((host, int(port)), timeout=10.0)
+    finally:
+        os.close(end)
+        os.waitpid(child, 0)
+        for descriptor in (ends, ready, say):
+            os.close(descriptor)

@@ -10,6 +10,7 @@ use bytes::Bytes;
 use prost::Message;
 use simd_proto::checked::{self, Known};
 use simd_proto::methods::Method;
+use simd_proto::v1;
 use simd_proto::v1::joint_service_server::JointService as _;
 use simd_proto::v1::simulation_service_server::SimulationService as _;
 use tonic::metadata::MetadataMap;
@@ -89,7 +90,30 @@ impl Direct {
         A: Message,
         F: Future<Output = Result<Response<A>, Status>>,
     {
-        let mut request = Request::new(checked::decode::<M>(request).ok()?);
+        let request = checked::decode::<M>(request).ok()?;
+        Some(self.count(method, request, work).await.map(|answer| answer.encode_to_vec().into()))
+    }
+
+    /// The answer of a step, without bytes on either way.
+    pub(super) async fn step(
+        &self,
+        method: &'static Method,
+        request: v1::StepSimulationRequest,
+    ) -> Result<v1::StepSimulationResponse, Status> {
+        self.count(method, request, |request| self.simulation.step_simulation(request)).await
+    }
+
+    /// Makes a call that is counted and noted.
+    async fn count<M, A, F>(
+        &self,
+        method: &'static Method,
+        request: M,
+        work: impl FnOnce(Request<M>) -> F,
+    ) -> Result<A, Status>
+    where
+        F: Future<Output = Result<Response<A>, Status>>,
+    {
+        let mut request = Request::new(request);
         let begun = Instant::now();
         let answer = match self.handle.count_call(&Account::Process) {
             Ok(()) => {
@@ -109,6 +133,6 @@ impl Direct {
         let refusal = answer.as_ref().err();
         let how = refusal.map_or((0, ""), |status| (status.code().into(), reason(status)));
         self.handle.call_ended(method, Transport::Handle, how, begun.elapsed());
-        Some(answer.map(|answer| answer.into_inner().encode_to_vec().into()))
+        answer.map(Response::into_inner)
     }
 }

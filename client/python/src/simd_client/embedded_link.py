@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
+import sys
 import threading
 import weakref
 from collections.abc import Callable, Mapping, Sequence
@@ -61,8 +62,29 @@ class World(Protocol):
         """Waits for notices: ticket, kind, key, payload. `None` once it is closed."""
         ...
 
+    def serve(self, address: str) -> tuple[str, int]:
+        """Serves the page and the services at `IP:PORT`. Returns where, with the descriptor of the socket."""
+        ...
+
+    def keep_step(self, request: bytes) -> KeptStep:
+        """Keeps the request of a step, for loops that change one number of each target."""
+        ...
+
     def close(self) -> None:
         """Ends the world."""
+        ...
+
+
+RobotNumbers = tuple[str, int, list[float], list[float], list[float]]
+"""Joint states of a robot: its name, the version of its layout, positions, velocities, efforts."""
+
+
+class KeptStep(Protocol):
+    """A step whose request is kept."""
+
+    def run(self, numbers: list[float], time_limit: float) -> tuple[int, float, list[RobotNumbers]]:
+        """Makes the step with other numbers of its targets, or with the last ones. Returns the sequence number and the simulation time
+        of the state after it, and joint states."""
         ...
 
 
@@ -72,9 +94,10 @@ def is_installed() -> bool:
 
 
 def open_embedded(
-    endpoint: Endpoint, config: str | os.PathLike[str] | Mapping[str, object] | None
+    endpoint: Endpoint, config: str | os.PathLike[str] | Mapping[str, object] | None, serve: str | None = None
 ) -> EmbeddedLink:
-    """Opens a world in this process. `config` is the configuration of a daemon: its file, or values by dotted names.
+    """Opens a world in this process. `config` is the configuration of a daemon: its file, or values by dotted names. The page and the API
+    are served at `serve`, if it is given (`EmbeddedLink.serve`).
 
     Raises `Unavailable` if the wheel is not installed, `EndpointError` for what is wrong with the configuration.
     """
@@ -89,7 +112,14 @@ def open_embedded(
         world = cast(World, module.World(_arguments(endpoint, config), version, program()))
     except (ValueError, OSError) as error:
         raise EndpointError(f"the world in this process cannot be opened: {error}") from error
-    return EmbeddedLink(world, cast("type[Exception]", module.Refused), endpoint)
+    link = EmbeddedLink(world, cast("type[Exception]", module.Refused), endpoint)
+    if serve is not None:
+        try:
+            link.serve(serve)
+        except BaseException:
+            link.close()
+            raise
+    return link
 
 
 def _arguments(
@@ -137,6 +167,8 @@ class EmbeddedLink(Link):
         self._lock = threading.Lock()
         self._begun: dict[int, _Begun] = {}
         self._reader: _NoticeReader | None = None
+        # Where it is served, and the descriptor of the socket.
+        self._served: tuple[str, int] | None = None
 
     @property
     def is_closed(self) -> bool:
@@ -148,6 +180,58 @@ class EmbeddedLink(Link):
         super().close()
         if not self._is_forked:
             self._world.close()
+
+    def serve(self, address: str, says: bool = True) -> str:
+        """Serves the page and the API (gRPC, HTTP) at `IP:PORT`, from threads of the world, until it ends. Returns the address. If the port
+        is taken, it is a free one, and a line on stderr `says` so. Processes that are forked do not serve.
+
+        A world is served once: returns where, if it is served already. Raises `EndpointError` for any other reason, as an address that
+        other machines reach.
+        """
+        self._check_process()
+        if self._served is not None:
+            return self._served[0]
+        try:
+            self._served = self._world.serve(address)
+        except ValueError as error:
+            raise EndpointError(f"the world in this process cannot be served: {error}") from None
+        except OSError as error:
+            try:
+                self._served = self._world.serve(f"{address.rpartition(':')[0]}:0")
+            except OSError:
+                raise EndpointError(f"the world in this process cannot be served: {error}") from None
+        served = self._served[0]
+        if served != address and says:
+            print(f"simd: the world in this process is served at http://{served}/ and not at {address}", file=sys.stderr)
+        return served
+
+    def mark_forked(self) -> None:
+        """Closes the socket of what is served: this process does not serve, and would keep the port when the other one ends."""
+        super().mark_forked()
+        if self._served is not None:
+            os.close(self._served[1])
+            self._served = None
+
+    def keep_step(self, request: bytes) -> KeptStep:
+        """Keeps the request of a step (`World.keep_step`)."""
+        self._check_process()
+        try:
+            return self._world.keep_step(request)
+        except self._refusal as error:
+            raise _exception(error) from None
+        except ValueError:
+            raise self.unavailable() from None
+
+    def run_step(self, step: KeptStep, numbers: list[float], timeout: float) -> tuple[int, float, list[RobotNumbers]]:
+        """Makes a kept step on this thread (`KeptStep.run`)."""
+        if self._is_forked:
+            self._check_process()
+        try:
+            return step.run(numbers, timeout)
+        except self._refusal as error:
+            raise _exception(error) from None
+        except ValueError:
+            raise self.unavailable() from None
 
     def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
         """Makes a call on this thread."""

@@ -46,11 +46,19 @@ os.register_at_fork(after_in_child=_zenoh.forked)
 
 
 def open_link(
-    endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None, token: str | None = None
+    endpoint: Endpoint,
+    connect_timeout: float,
+    config: ZenohConfig | None = None,
+    token: str | None = None,
+    serve: str | None = None,
 ) -> Link:
-    """Opens a session and chooses the daemon, or opens a world."""
+    """Opens a session and chooses the daemon, or opens a world, which is served at `serve`."""
     if endpoint.is_embedded:
-        return open_embedded(endpoint, config)
+        return open_embedded(endpoint, config, serve)
+    if serve is not None:
+        raise EndpointError(
+            f"serve={serve!r} is for a world in this process: connect to `embedded`; a daemon at {endpoint} serves where its setting `listen` says"
+        )
     if endpoint.is_http:
         endpoint = ways.find(endpoint, connect_timeout, tls.known_authority(config))
     settings = _settings(endpoint, connect_timeout, config)

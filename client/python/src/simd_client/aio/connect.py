@@ -22,12 +22,14 @@ class Connecting:
         connect_timeout: float,
         config: ZenohConfig | None,
         token: str | None,
+        serve: str | None,
     ) -> None:
         self._endpoint = endpoint
         self._timeout = timeout
         self._connect_timeout = connect_timeout
         self._config = config
         self._token = token
+        self._serve = serve
         self._made: Simulation | None = None
 
     def __await__(self) -> Generator[Any, Any, Simulation]:
@@ -46,7 +48,7 @@ class Connecting:
     async def _connect(self) -> Simulation:
         # Opening a Zenoh session blocks.
         link = await asyncio.to_thread(
-            open_link, self._endpoint, self._connect_timeout, self._config, self._token
+            open_link, self._endpoint, self._connect_timeout, self._config, self._token, self._serve
         )
         simulation = Simulation(link, self._timeout)
         try:
@@ -66,6 +68,7 @@ def connect(
     connect_timeout: float = CONNECT_TIMEOUT,
     config: ZenohConfig | None = None,
     token: str | None = None,
+    serve: str | None = None,
 ) -> Connecting:
     """See `simd_client.connect`."""
-    return Connecting(read_endpoint(endpoint, name), timeout, connect_timeout, config, token)
+    return Connecting(read_endpoint(endpoint, name), timeout, connect_timeout, config, token, serve)

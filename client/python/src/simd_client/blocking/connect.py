@@ -15,10 +15,15 @@ def connect(
     connect_timeout: float = CONNECT_TIMEOUT,
     config: ZenohConfig | None = None,
     token: str | None = None,
+    serve: str | None = None,
 ) -> Simulation:
     """Connects to the daemon at `endpoint`: `simd://HOST[:PORT][/NAME]`, the address of its page, or a locator of Zenoh
-    (`tcp/HOST:PORT`), with `#NAME` or `name` if several daemons are reached through it. The default is `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`. `embedded` opens a world in this process, with the
-    wheel `simd-embedded`; `config` is its configuration then, as that of a daemon: values by dotted names, or its file.
+    (`tcp/HOST:PORT`), with `#NAME` or `name` if several daemons are reached through it. The default is `$SIMD_ENDPOINT`,
+    else `tcp/127.0.0.1:7447`.
+
+    `embedded` opens a world in this process, with the wheel `simd-embedded`. `config` is its configuration then, as for a
+    daemon: values by dotted names, or its file. `serve` is an address, such as `127.0.0.1:7400`, where that world's page
+    and API (gRPC, HTTP) are served until it ends. If the port is taken, a free one is used, and a line on stderr says which.
 
     `timeout` is how long each call waits for its answer, in seconds. `config` has settings for Zenoh itself, such as
     certificates: values by name, or the path of a JSON5 file. `token` is for a daemon that asks for one; the default is
@@ -29,7 +34,7 @@ def connect(
     `Unauthenticated` if the daemon asks for a token and this is none of its.
     """
     where = read_endpoint(endpoint, name)
-    link = open_link(where, connect_timeout, config, token)
+    link = open_link(where, connect_timeout, config, token, serve)
     simulation = Simulation(link, timeout)
     try:
         # Any call but `GetSimulatorInfo` is refused if the versions do not match: better now than later.
