@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 
+from simd_client.embedded_link import RobotNumbers
 from simd_client.proto import StepSimulationRequest
 from simd_client.pybullet import constants
 from simd_client.pybullet.arguments import ORIGIN, UPRIGHT
@@ -71,6 +72,7 @@ def change(body: Body, index: int, rng: random.Random) -> None:
         of.ball.force = rng.choice([0.0, 5.0])
         return
     motor = of.motor
+    motor.revision += 1
     motor.torque = rng.choice([None, None, None, 0.0, rng.uniform(-1.0, 1.0)])
     motor.mode = rng.choice([constants.POSITION_CONTROL, constants.VELOCITY_CONTROL, constants.PD_CONTROL])
     motor.position, motor.velocity = rng.uniform(-1.0, 1.0), rng.choice([0.0, rng.uniform(-1.0, 1.0)])
@@ -151,3 +153,49 @@ def test_other_substeps_are_other_gains() -> None:
     assert request_of(kept).robots[0].joints[0].velocity.max_effort == 4 * once.max_effort == 20.0
     kept.put(keys, bodies, TIME_STEP)
     assert request_of(kept).robots[0].joints[0].velocity == once
+
+
+class Kept:
+    """A request as a world keeps it, which puts numbers in as `KeptStep` of the extension does."""
+
+    def __init__(self, request: bytes) -> None:
+        self.request = StepSimulationRequest.FromString(request)
+
+    def run(self, numbers: list[float], time_limit: float = 0.0) -> tuple[int, float, list[RobotNumbers]]:
+        joints = [joint for robot in self.request.robots for joint in robot.joints]
+        for joint, number in zip(joints, numbers, strict=True):
+            kind = joint.WhichOneof("target")
+            if kind in ("position", "servo"):
+                getattr(joint, kind).position = number
+            elif kind == "velocity":
+                joint.velocity.velocity = number
+            elif kind == "effort":
+                joint.effort.effort = number
+        return 0, 0.0, []
+
+
+def test_numbers_alone_say_what_the_request_says() -> None:
+    rng = random.Random(6)
+    keys, used = [(0, 0), (0, 1), (0, 2)], 0
+    bodies, kept = {0: arm(0)}, Outgoing()
+    for _ in range(2000):
+        for index in range(3):
+            if rng.random() < 0.05:
+                change(bodies[0], index, rng)
+            motor = bodies[0].joints[index].motor
+            motor.position = rng.uniform(-1.0, 1.0)
+            if motor.mode == constants.VELOCITY_CONTROL and motor.velocity_gain == 1.0:
+                motor.velocity = rng.uniform(-1.0, 1.0)
+            # A motor that is on has no number for its torque.
+            if motor.force != 0.0:
+                motor.torque = None
+        waiting = rng.choice([keys, keys, keys, []])
+        kept.put(waiting, bodies, TIME_STEP)
+        found = kept.kept(Kept, 1)
+        if found is not None:
+            step, numbers = found
+            assert isinstance(step, Kept)
+            step.run(numbers)
+            used += bool(waiting)
+            assert step.request == request_of(kept)
+    assert used > 300

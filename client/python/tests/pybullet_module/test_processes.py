@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import threading
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -134,3 +135,19 @@ def test_the_bullet_client_beside_an_import_of_ours_is_ours(tmp_path: Path) -> N
     )
     ran = run(tmp_path, text, module=False)
     assert ran.stdout == "simd_client.pybullet.bullet_client False 1\n", ran.stderr
+
+
+@pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
+def test_the_world_of_a_script_with_a_window_is_looked_into(tmp_path: Path) -> None:
+    """Its page is there without an option, for as long as the script runs."""
+    text = (
+        "import re, sys, io, urllib.request\nimport pybullet as p\nsys.stderr = said = io.StringIO()\n"
+        "p.connect(p.GUI)\np.stepSimulation()\n"
+        "address = re.search(r'look at the world at (http://\\S+)', said.getvalue())[1]\n"
+        "print(b'<html' in urllib.request.urlopen(address, timeout=10).read().lower(), address)\n"
+    )
+    ran = run(tmp_path, text)
+    is_there, address = ran.stdout.split()
+    assert is_there == "True", ran.stderr
+    with pytest.raises(OSError):
+        urllib.request.urlopen(address, timeout=10.0)

@@ -15,10 +15,12 @@ from simd_client.proto import JointTarget, SphericalReset
 
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
-from .motors import NO_LIMIT, STIFFEST, Motor, gains
+from .motors import MOST, NO_LIMIT
 from .rotations import conjugate, product, rotate
 
 FIRST_GAIN = 0.2
+# The largest velocityGain: one would need infinite gains. It leaves 0.1 % of the effort's effect.
+_STIFFEST = 1.0 - 1.0 / 1000.0
 
 
 @dataclass(slots=True)
@@ -64,6 +66,19 @@ def spherical_reset(orientation: Quaternion, velocity: Vector, turn: Quaternion,
     w.x, w.y, w.z = rotate(turn, velocity)
 
 
+def _gains(position_gain: float, velocity_gain: float, inertia: float, h: float) -> tuple[float, float, float]:
+    """Stiffness and damping that have the effect of these gains in one step, and the damper's velocity for a target of one:
+
+    v+ = (v + (b / h) (target - q) + a velocity) / (1 + a + b),  a = h damping / inertia, b = h^2 stiffness / inertia
+    """
+    kp = max(position_gain, 0.0)
+    whole = 1.0 / (1.0 - min(max(velocity_gain, 0.0), _STIFFEST))
+    b = kp * whole
+    a = max(whole - 1.0 - b, 0.0)
+    velocity = velocity_gain * (1.0 + a + b) / a if a > 0.0 else 0.0
+    return min(b * inertia / (h * h), MOST), min(a * inertia / h, MOST), velocity
+
+
 def ball_target(
     joint: str, motor: BallMotor, inertia: float, h: float, turn: Quaternion, target: JointTarget, parts: int = 1
 ) -> None:
@@ -84,7 +99,7 @@ def ball_target(
     if motor.mode == constants.VELOCITY_CONTROL:
         keep = target.spherical_velocity
         w, ff = keep.angular_velocity, keep.feed_forward_torque
-        if motor.velocity_gain < STIFFEST:
+        if motor.velocity_gain < _STIFFEST:
             keep.damping = inertia / h * max(motor.velocity_gain, 0.0) / (1.0 - motor.velocity_gain)
     else:
         keep = target.spherical_position
@@ -94,8 +109,7 @@ def ball_target(
         if motor.mode == constants.PD_CONTROL:
             keep.stiffness, keep.damping = motor.position_gain, motor.velocity_gain
         else:
-            law = Motor(velocity=1.0, position_gain=motor.position_gain, velocity_gain=motor.velocity_gain)
-            keep.stiffness, keep.damping, part = gains(law, inertia, h)
+            keep.stiffness, keep.damping, part = _gains(motor.position_gain, motor.velocity_gain, inertia, h)
             velocity = (velocity[0] * part, velocity[1] * part, velocity[2] * part)
             if motor.max_velocity:
                 keep.max_velocity = motor.max_velocity

@@ -38,6 +38,8 @@ _WITH_WINDOW = {
 }
 # Those look for a daemon.
 _BY_ADDRESS = {constants.UDP, constants.TCP}
+# Where a world in this process is served for its page, if the port is free.
+_PAGE = "127.0.0.1:7400"
 # PyBullet's: client and server of different numbers are incompatible.
 _API_VERSION = 202010061
 
@@ -205,10 +207,10 @@ def _words(options: str) -> list[str]:
 def _show(wire: Wire, child: DaemonProcess | None) -> None:
     """Prints the address of the page: a daemon has no window of its own."""
     if wire.is_embedded:
-        print(
-            "simd: the world is in this process and has no page; with --new it gets a daemon of its own, whose page shows it",
-            file=sys.stderr,
-        )
+        try:
+            print(f"simd: look at the world at http://{wire.serve(_PAGE)}/", file=sys.stderr)
+        except error as problem:
+            print(f"simd: there is no page of this world: {problem}", file=sys.stderr)
         return
     # A daemon that was started for the script has said where its page is.
     address = child.viewer if child is not None and child.viewer is not None else wire.page

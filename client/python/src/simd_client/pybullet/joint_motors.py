@@ -250,6 +250,7 @@ def _command(
         motor.force = abs(force)
         motor.max_velocity = max_velocity if max_velocity > 0.0 else 0.0
         motor.given = given[2:]
+        motor.revision += 1
     world.drive(body, driven)
 
 

@@ -6,7 +6,7 @@ import math
 from operator import itemgetter
 from typing import Any
 
-from simd_client.proto import JointReset, RobotJointStates
+from simd_client.proto import JointReset
 
 from . import beyond
 from .arguments import ORIGIN, Vector, floats, indices
@@ -16,6 +16,7 @@ from .connections import connected
 from .errors import error, unsupported
 from .motors import MOST
 from .reactions import NOTHING, reaction
+from .readings import AnyJointStates
 from .rotations import conjugate, rotate
 from .world import World
 
@@ -88,7 +89,7 @@ def _keep_reader(body: Body, wanted: list[int]) -> None:
     body.readers[tuple(wanted)] = read
 
 
-def _state(world: World, body: Body, states: RobotJointStates, index: int) -> JointState:
+def _state(world: World, body: Body, states: AnyJointStates, index: int) -> JointState:
     joint = body.joints[index]
     carried = reaction(world, body, states, index)
     if joint.ball is not None:
@@ -136,7 +137,7 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
     return tuple(answers)
 
 
-def _ball_state(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[Any, ...]:
+def _ball_state(world: World, body: Body, states: AnyJointStates, index: int) -> tuple[Any, ...]:
     joint = body.joints[index]
     turn = body.frame(joint.link)[1]
     x, y, z, w = states.position[joint.position_index : joint.position_index + 4]

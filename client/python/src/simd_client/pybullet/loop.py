@@ -27,7 +27,6 @@ from simd_client.proto import (
     methods,
 )
 
-from . import constants
 from .arguments import ORIGIN
 from .bodies import Body, BodyJoint, JointBounds, put_limits
 from .errors import error
@@ -36,6 +35,8 @@ from .readings import Readings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from simd_client.embedded_link import RobotNumbers
 
     from .arguments import Vector
     from .wire import Wire
@@ -71,8 +72,6 @@ class Loop(Readings):
         self.solver_iterations, self.inner_iterations = 50, 1
         # Motors that have changed since the last step, by body and joint.
         self._waiting: dict[Key, None] = {}
-        # Motors that go to a position: the law of each step is made of where they are before it.
-        self._pursuing: dict[Key, None] = {}
         self._outgoing = Outgoing()
         # Torques of the script that acted over the last step, N m or N: one number, or three of a spherical joint.
         self.torques: dict[Key, Sequence[float]] = {}
@@ -94,24 +93,12 @@ class Loop(Readings):
         """Marks motors as changed: they are sent with the next step, or at once if the world plays."""
         number = body.unique_id
         for index in joints:
-            key, joint = (number, index), body.joints[index]
-            self._waiting[key] = None
-            if joint.ball is None and joint.motor.mode == constants.POSITION_CONTROL:
-                self._pursuing[key] = None
-            else:
-                self._pursuing.pop(key, None)
-
-    def now_playing(self, playing: bool) -> None:
-        """Sets whether the world plays: then positions are targets of the daemon's."""
-        if playing and not self.playing:
-            self._waiting.update(self._pursuing)
-        super().now_playing(playing)
+            self._waiting[number, index] = None
 
     def forget_motors(self, number: int, robot: str) -> None:
         """Leaves nothing that waits for a robot that is not there any more."""
-        for waiting in (self._waiting, self._pursuing):
-            for key in [key for key in waiting if key[0] == number]:
-                del waiting[key]
+        for key in [key for key in self._waiting if key[0] == number]:
+            del self._waiting[key]
         self._bounds.pop(robot, None)
         self._resets.pop(robot, None)
         self._wrenches = [each for each in self._wrenches if each.robot != robot]
@@ -179,7 +166,10 @@ class Loop(Readings):
                 self.now_playing(True)
                 self._follow()
             else:
-                self.take_step(answer)
+                if isinstance(answer, StepSimulationResponse):
+                    self.take_step(answer)
+                else:
+                    self.take_numbers(*answer)
 
     def _follow(self) -> None:
         """Waits for a state that is newer than the last, in a world that plays by itself."""
@@ -193,22 +183,25 @@ class Loop(Readings):
             if not self.playing:
                 self.advance()
 
-    def _step(self) -> StepSimulationResponse:
-        request = self._outgoing.step(self.wants_links(), self.wants_contacts(), self.steps_at_once)
+    def _step(self) -> StepSimulationResponse | tuple[int, float, list[RobotNumbers]]:
+        links, contacts = self.wants_links(), self.wants_contacts()
+        if self.wire.keeps_steps and not (links or contacts):
+            kept = self._outgoing.kept(self.wire.keep_step, self.steps_at_once)
+            if kept is not None:
+                return self.wire.run_step(*kept)
+        request = self._outgoing.step(links, contacts, self.steps_at_once)
         return self.wire.call(methods.StepSimulation, request)
 
     def _with_motors(self, call: Callable[[], Answer], with_torques: bool) -> Answer:
         """Makes a call that has the changed motors. Those that another thread changes meanwhile go with the next one, and so do all
         of them if this one is refused."""
         # Marks go before motors are read, and commands mark after they have changed one: what is not read yet is marked again.
-        waiting = dict(self._waiting)
-        pursuing = {} if self.playing else self._where_pursuing()
-        sending = list({**pursuing, **waiting})
-        for key in waiting:
+        sending = list(self._waiting)
+        for key in sending:
             self._waiting.pop(key, None)
         with self.commands:
             step = self.time_step, self.substeps
-            frictions = self._outgoing.put(sending, self.bodies, *step, with_torques, pursuing, bool(waiting))
+            frictions = self._outgoing.put(sending, self.bodies, *step, with_torques)
             torques = self._take_torques(sending, with_torques) if self._outgoing.has_torques else {}
         try:
             for body, friction in frictions:
@@ -225,14 +218,6 @@ class Loop(Readings):
         if with_torques and (torques or self.torques):
             self.torques_acted(torques)
         return answer
-
-    def _where_pursuing(self) -> dict[Key, tuple[float, float]]:
-        """Positions and velocities of the joints that go to a position."""
-        found: dict[Key, tuple[float, float]] = {}
-        for key, joint in self._joints(self._pursuing):
-            positions, velocities, _ = self.joint_values(self.bodies[key[0]])
-            found[key] = positions[joint.position_index], velocities[joint.velocity_index]
-        return found
 
     def torques_acted(self, torques: Mapping[Key, Sequence[float]]) -> None:
         """These torques of the script acted over the last step, and no others."""

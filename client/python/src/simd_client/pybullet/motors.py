@@ -1,23 +1,18 @@
 """PyBullet's joint motors as targets of simd.
 
-PyBullet's motor sets the joint's next velocity, held by up to `force` (btMultiBodyJointMotor):
+PyBullet's motor is a constraint on the joint's next velocity, held by an impulse of up to `force` h (btMultiBodyJointMotor):
 
     v+ = positionGain (target - q) / h + v + velocityGain (targetVelocity - v)
 
-so its gains are per step of h seconds. simd's actuator is an implicit spring and damper
-in SI units; over one step of a joint with inertia M it gives
+so its gains are per step of h seconds, and v is the velocity that the joint would have if no motor acted. This is simd's servo
+(`ServoTarget`), which the world computes anew in each substep:
 
-    v+ = (v + (b / h) (target - q) + a targetVelocity) / (1 + a + b),  a = h damping / M, b = h^2 stiffness / M
+    v+ = velocity + rate (target - q) + slip v,  rate = positionGain / h, slip = 1 - velocityGain
 
-A world that the script steps gets that law anew for each step, as a velocity target (`pursuit`): within the force, nothing else
-bounds it. In a world that plays by itself it is a position target (`law`), on whose way the daemon speeds up and brakes with
-half of the force.
+A velocity target with a velocityGain of one has neither rate nor slip.
 
 With substeps both hold for each of them: gains are per substep of h seconds. Bullet bounds a motor's impulse by `force` times
 the whole time step, in each substep anew, so that its effort is bounded by `force` times their number.
-
-Equal coefficients give the gains below. A velocityGain of one needs infinite gains: a position target has that of `STIFFEST`, which
-leaves 0.1 % of the effort's effect, and a velocity target that of `STIFF`.
 """
 
 from __future__ import annotations
@@ -27,11 +22,8 @@ from typing import Any
 
 from . import constants
 
-STIFFEST = 1.0 - 1.0 / 1000.0
-# a of a velocity target for a velocityGain of one or more.
+# h damping / inertia of a motor: 1e-5 of the difference between the velocities is left after a step.
 STIFF = 1e5
-# And the least velocityGain: below it a is nothing, and the velocity that has an effect has no bound.
-_SOFTEST = 1e-6
 # Largest velocity of Bullet's joints until a script sets maxJointVelocity, rad/s or m/s.
 FASTEST = 100.0
 # Values and gains that the daemon takes.
@@ -57,8 +49,9 @@ class Motor:
     max_velocity: float = 0.0
     # TORQUE_CONTROL, for the next step only: the sum of what was asked for since the last one.
     torque: float | None = None
-    # What the script gave beside position and velocity, which loops alone change.
+    # What the script gave beside position and velocity, which loops alone change; how often it gave that.
     given: tuple[float, float, float, float] | None = None
+    revision: int = 0
 
     def limit(self, h: float, parts: int = 1) -> float:
         """The most effort over a substep of h seconds, of which a step has `parts`. A force without a limit stays one."""
@@ -107,12 +100,14 @@ def _same(given: Any, known: list[Any] | None) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A target of simd: a position's, a velocity's, or an effort's."""
+    """A target of simd: a servo, a position's, a velocity's, or an effort's."""
 
     kind: str
     value: float = 0.0
-    # Of a position: the velocity that its damper pulls towards.
-    damper_velocity: float = 0.0
+    # A servo's velocity at its target; a position's is the one that its damper pulls towards.
+    velocity: float = 0.0
+    rate: float = 0.0
+    slip: float = 0.0
     stiffness: float | None = None
     damping: float | None = None
     feed_forward: float = 0.0
@@ -122,93 +117,41 @@ class Law:
     friction: float = 0.0
 
 
-def pursued(
-    motor: Motor,
-    position: float,
-    velocity: float,
-    h: float,
-    parts: int = 1,
-    fastest: float = FASTEST,
-    is_alone: bool = True,
-) -> tuple[float, float]:
-    """The velocity that a position target asks for from where the joint is, for a step of `parts` substeps of `h` seconds each, and
-    the velocityGain with which. No joint is faster than `fastest`. What a velocityGain below one leaves of the velocity before is left to
-    the damper where the joint `is_alone`, as its inertia is known then; among others that is the velocity of the last step."""
-    kp, kd = motor.position_gain, motor.velocity_gain
-    if parts > 1:
-        # Each substep removes its part of what is left: the mean of that.
-        kp = (1.0 - (1.0 - kp) ** parts) / parts
-    correction = kp * (motor.position - position) / h
-    after = correction + (1.0 - kd) * velocity + kd * motor.velocity
-    most = min(motor.max_velocity or fastest, fastest)
-    if kd >= 1.0 or not is_alone or abs(after) > most:
-        return max(-most, min(after, most)), 1.0
-    kd = max(kd, _SOFTEST)
-    return max(-MOST, min(motor.velocity + correction / kd, MOST)), kd
-
-
-def pursuit(motor: Motor, velocity: float, gain: float, inertia: float, h: float, parts: int = 1) -> Law:
-    """The target that has this velocity, with this gain, after the next step (`pursued`), if the force is enough for that."""
-    limit, torque = motor.limit(h, parts), motor.torque or 0.0
-    if limit == 0.0:
-        return Law("effort", torque) if torque else Law("passive")
-    damping, most = _damping(gain, inertia, h), min(limit + abs(torque), MOST)
-    return Law("velocity", velocity, damping=damping, feed_forward=torque, max_effort=most)
-
-
-def _damping(gain: float, inertia: float, h: float) -> float:
-    """Of a velocity target with this velocityGain, N m s/rad or N s/m."""
-    a = STIFF if gain >= 1.0 else min(max(gain, 0.0) / (1.0 - gain), STIFF)
-    return min(a * inertia / h, MOST)
-
-
-def law(motor: Motor, inertia: float, h: float, parts: int = 1) -> Law:
+def law(motor: Motor, inertia: float, h: float, parts: int = 1, fastest: float = FASTEST) -> Law:
     """The target for the next step, whose `parts` substeps take `h` seconds each, of a joint whose actuator sees
-    `inertia` (kg m^2 or kg)."""
+    `inertia` (kg m^2 or kg), and that is no faster than `fastest`."""
     limit = motor.limit(h, parts)
     torque = motor.torque or 0.0
-    # A bound above any effort that occurs is left out: simd would plan the motion with it.
-    most = None if limit >= NO_LIMIT else limit
     if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
         return Law("effort", torque) if torque else Law("passive")
     if motor.torque is not None and motor.mode == constants.VELOCITY_CONTROL and motor.velocity == 0.0:
         # A motor that brakes with at most its force, beside a torque, is dry friction.
         return Law("effort", torque, friction=limit)
-    if most is not None:
-        most += abs(torque)
-    if motor.mode == constants.VELOCITY_CONTROL:
-        damping = _damping(motor.velocity_gain, inertia, h)
-        return Law("velocity", motor.velocity, damping=damping, feed_forward=torque, max_effort=most)
+    most = None if limit >= NO_LIMIT else limit + abs(torque)
     if motor.mode == constants.PD_CONTROL:
         # SI gains, as simd has them.
         return Law(
             "position",
             motor.position,
-            damper_velocity=motor.velocity,
+            velocity=motor.velocity,
             stiffness=max(motor.position_gain, 0.0),
             damping=max(motor.velocity_gain, 0.0),
             feed_forward=torque,
             max_effort=most,
         )
-    stiffness, damping, velocity = gains(motor, inertia, h)
+    damping = min(STIFF * inertia / h, MOST)
+    gain = max(0.0, min(motor.velocity_gain, 2.0))
+    if motor.mode == constants.VELOCITY_CONTROL and gain == 1.0:
+        return Law("velocity", motor.velocity, damping=damping, feed_forward=torque, max_effort=most)
+    rate = max(motor.position_gain, 0.0) / h if motor.mode == constants.POSITION_CONTROL else 0.0
     return Law(
-        "position",
+        "servo",
         motor.position,
-        damper_velocity=velocity,
-        stiffness=stiffness,
+        velocity=max(-MOST, min(gain * motor.velocity, MOST)),
+        rate=min(rate, MOST),
+        slip=1.0 - gain,
         damping=damping,
         feed_forward=torque,
-        max_effort=most,
-        max_velocity=motor.max_velocity or None,
+        max_effort=min(limit + abs(torque), MOST),
+        max_velocity=min(motor.max_velocity or fastest, fastest),
     )
-
-
-def gains(motor: Motor, inertia: float, h: float) -> tuple[float, float, float]:
-    """Stiffness, damping, and the damper's velocity of PyBullet's position law."""
-    kp = max(motor.position_gain, 0.0)
-    kd = min(max(motor.velocity_gain, 0.0), STIFFEST)
-    whole = 1.0 / (1.0 - kd)
-    b = kp * whole
-    a = max(whole - 1.0 - b, 0.0)
-    velocity = motor.velocity_gain * motor.velocity * (1.0 + a + b) / a if a > 0.0 else 0.0
-    return min(b * inertia / (h * h), MOST), min(a * inertia / h, MOST), velocity

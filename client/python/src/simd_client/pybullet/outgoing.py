@@ -1,27 +1,25 @@
 """The targets that a step takes along, in messages that are kept from step to step.
 
 A loop sets the same motors at each step, and of each motor one number. So messages are made once; while the same motors change,
-only that number is put into them.
+only that number is put into them. A world in this process keeps the request, and gets numbers alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from simd_client.embedded_link import KeptStep
 from simd_client.proto import JointTarget, RobotTargets, SetJointTargetsRequest, StepSimulationRequest
 
 from . import constants, motors
 from .ball_motors import ball_target
-from .bodies import Body, BodyJoint
+from .bodies import Body, BodyJoint, JointBounds
 from .targets import joint_target
 
 Key = tuple[int, int]
 """Number of the body, index of the joint."""
-
-Values = tuple[float, float]
-"""Position and velocity of a joint of one axis."""
 
 Friction = tuple[Body, list[tuple[BodyJoint, float]]]
 """Joints of a body whose dry friction changes with their motors, N m or N."""
@@ -33,22 +31,18 @@ class _Row:
 
     joint: BodyJoint
     target: JointTarget
-    key: Key
-    # Nothing else of its robot moves.
-    is_alone: bool = False
     # What the target was made of, but for the number that loops change; None where it is to be made again.
     made_of: tuple[object, ...] | None = None
-    # Where that number is: `position`, `velocity` or `effort` in the part of the same name.
+    # The part that has that number: `servo`, `position`, `velocity` or `effort`.
     kind: str = ""
     part: Any = None
+    number: float = 0.0
+    # The motor's and joint's when the target was made: as long as these are the same, only that number changes.
+    revision: int = -1
+    velocity: float = 0.0
+    limits: JointBounds | None = None
     # Dry friction that the motor brings, N m or N.
     friction: float = 0.0
-    # Last value sent for a position target; see `motors.pursued`.
-    pursued: tuple[float, float] | None = None
-
-
-# rad/s or m/s: a velocity that changes by no more is not sent again.
-_SAME = 1e-9
 
 
 class Outgoing:
@@ -59,18 +53,25 @@ class Outgoing:
         # For steps before which no motor has changed: what is in the other one stays as it is.
         self._plain = StepSimulationRequest(steps=1, return_states=True)
         self._is_empty = True
+        # Numbers of rows that are not in the request yet.
+        self._is_behind = False
+        # The last targets were made anew, and not their numbers alone.
+        self._is_new = True
+        # Both requests as the world keeps them, for so many steps.
+        self._kept: KeptStep | None = None
+        self._kept_plain: KeptStep | None = None
+        self._kept_steps = 0
         self._keys: list[Key] = []
         self._robots: list[tuple[Body, list[_Row]]] = []
         # Seconds of a substep, and how many a step has.
         self._step = (0.0, 1)
         self._with_torques = True
-        self._pursuing: Mapping[Key, Values] = {}
         # Whether any of the motors that were put in last has a torque for the next step.
         self.has_torques = False
 
     def step(self, links: bool, contacts: bool, steps: int = 1) -> StepSimulationRequest:
         """The request of a step with what was put in last, which answers also with states of links or with contact points."""
-        request = self._plain if self._is_empty else self._request
+        request = self._plain if self._is_empty else self._filled()
         request.return_link_states = links
         request.return_contacts = contacts
         request.steps = steps
@@ -78,7 +79,35 @@ class Outgoing:
 
     def targets(self) -> SetJointTargetsRequest:
         """The same targets without a step."""
-        return SetJointTargetsRequest(robots=() if self._is_empty else self._request.robots)
+        return SetJointTargetsRequest(robots=() if self._is_empty else self._filled().robots)
+
+    def kept(self, keep: Callable[[bytes], KeptStep], steps: int = 1) -> tuple[KeptStep, list[float]] | None:
+        """A kept step with what was put in last, and the numbers of its targets; `None` where targets are new."""
+        if steps != self._kept_steps:
+            self._kept, self._kept_plain, self._kept_steps = None, None, steps
+        if self._is_empty:
+            if self._kept_plain is None:
+                self._kept_plain = keep(self.step(False, False, steps).SerializeToString())
+            return self._kept_plain, []
+        if self._is_new:
+            return None
+        if self._kept is None:
+            self._kept = keep(self.step(False, False, steps).SerializeToString())
+        return self._kept, [row.number for _, rows in self._robots for row in rows]
+
+    def _filled(self) -> StepSimulationRequest:
+        """The request with the numbers of all rows."""
+        if self._is_behind:
+            self._is_behind = False
+            for _, rows in self._robots:
+                for row in rows:
+                    if row.kind in ("servo", "position"):
+                        row.part.position = row.number
+                    elif row.kind == "velocity":
+                        row.part.velocity = row.number
+                    elif row.kind == "effort":
+                        row.part.effort = row.number
+        return self._request
 
     def put(
         self,
@@ -87,26 +116,19 @@ class Outgoing:
         time_step: float,
         substeps: int = 1,
         with_torques: bool = True,
-        pursuing: Mapping[Key, Values] | None = None,
-        is_due: bool = True,
     ) -> list[Friction]:
         """Puts in the targets of these motors and of no others, for steps of so many seconds and substeps, with the torques
-        for the next step or without. Those that are `pursuing` go to a position from where they are, which only they need: where
-        their velocities stay as they are, nothing is put in unless it `is_due`. Returns the frictions that have to be set before they
-        hold."""
+        for the next step or without. Returns the frictions that have to be set before they hold."""
         self.has_torques, self._with_torques = False, with_torques
-        self._pursuing = pursuing or {}
         keys, step = list(waiting), (time_step / max(substeps, 1), max(substeps, 1))
         self._is_empty = not keys
         if not keys:
             return []
         is_same = keys == self._keys and step == self._step
+        self._is_behind, self._is_new = True, not is_same
         if not is_same or any(bodies.get(body.unique_id) is not body for body, _ in self._robots):
-            self._keys, self._step = keys, step
+            self._keys, self._step, self._is_new = keys, step, True
             self._lay_out(bodies)
-        elif not is_due and not self._has_news():
-            self._is_empty = True
-            return []
         frictions: list[Friction] = []
         for body, rows in self._robots:
             changed: list[tuple[BodyJoint, float]] = []
@@ -118,6 +140,8 @@ class Outgoing:
                     changed.append((joint, friction))
             if changed:
                 frictions.append((body, changed))
+        if self._is_new:
+            self._kept = None
         return frictions
 
     def _lay_out(self, bodies: Mapping[int, Body]) -> None:
@@ -130,26 +154,13 @@ class Outgoing:
         for number, indices in by_body.items():
             body = bodies[number]
             message: RobotTargets = self._request.robots.add(robot=body.robot)
-            is_alone = body.fixed and sum(joint.width for joint in body.joints) == 1
-            rows = [_Row(body.joints[index], message.joints.add(), (number, index), is_alone) for index in indices]
-            self._robots.append((body, rows))
-
-    def _has_news(self) -> bool:
-        """Whether a motor on its way to a position needs another velocity than it had last."""
-        for _, rows in self._robots:
-            for row in rows:
-                values = self._pursuing.get(row.key)
-                if values is None or row.pursued is None:
-                    return True
-                velocity, gain = _pursued(row, values, self._step)
-                if abs(velocity - row.pursued[0]) > _SAME or gain != row.pursued[1]:
-                    return True
-        return False
+            self._robots.append((body, [_Row(body.joints[index], message.joints.add()) for index in indices]))
 
     def _put(self, body: Body, row: _Row) -> None:
         joint = row.joint
         if joint.ball is not None:
             h, parts = self._step
+            self._is_new = True
             row.target.Clear()
             turn, ball = body.frame(joint.link)[1], joint.ball
             if ball.torque is not None:
@@ -159,26 +170,23 @@ class Outgoing:
             return
         motor = joint.motor
         torque, mode = motor.torque, motor.mode
+        if row.revision == motor.revision and row.limits is joint.limits and torque is None:
+            if row.kind == "velocity":
+                row.number = motor.velocity
+                return
+            if row.velocity == motor.velocity:
+                row.number = motor.position
+                return
         if torque is not None:
             self.has_torques = True
             if not self._with_torques:
                 motor, torque = replace(motor, torque=None), None
         made_of: tuple[object, ...] | None = None
-        values = self._pursuing.get(row.key) if mode == constants.POSITION_CONTROL else None
-        row.pursued = None
-        if values is not None:
-            row.pursued = velocity, gain = _pursued(row, values, self._step)
-            made_of = None if torque is not None else ("pursuit", motor.force, gain)
-            if made_of is None or made_of != row.made_of:
-                self._make(row, motors.pursuit(motor, velocity, gain, joint.inertia, *self._step), made_of)
-            elif row.kind == "velocity":
-                row.part.velocity = velocity
-            return
         if torque is not None:
             if torque and (motor.force == 0.0 or mode == constants.TORQUE_CONTROL):
                 made_of = ("effort",)
-        elif mode == constants.VELOCITY_CONTROL:
-            made_of = (mode, motor.force, motor.velocity_gain)
+        elif mode == constants.VELOCITY_CONTROL and motor.velocity_gain == 1.0:
+            made_of = (mode, motor.force)
         else:
             made_of = (
                 mode,
@@ -187,24 +195,23 @@ class Outgoing:
                 motor.velocity_gain,
                 motor.velocity,
                 motor.max_velocity,
+                joint.limits[3],
             )
         if made_of is None or made_of != row.made_of:
-            self._make(row, motors.law(motor, joint.inertia, *self._step), made_of)
-        elif row.kind == "position":
-            row.part.position = motor.position
-        elif row.kind == "velocity":
-            row.part.velocity = motor.velocity
+            fastest = motors.FASTEST if joint.limits[3] is None else joint.limits[3]
+            self._make(row, motors.law(motor, joint.inertia, *self._step, fastest), made_of)
+        row.revision = motor.revision if torque is None else -1
+        row.velocity, row.limits = motor.velocity, joint.limits
+        if row.kind == "velocity":
+            row.number = motor.velocity
         elif row.kind == "effort":
-            row.part.effort = torque
+            row.number = torque or 0.0
+        else:
+            row.number = motor.position
 
     def _make(self, row: _Row, law: motors.Law, made_of: tuple[object, ...] | None) -> None:
+        self._is_new = True
         row.target.Clear()
         joint_target(row.joint.name, law, row.target)
         row.made_of, row.kind, row.friction = made_of, law.kind, law.friction
         row.part = getattr(row.target, law.kind)
-
-
-def _pursued(row: _Row, values: Values, step: tuple[float, int]) -> tuple[float, float]:
-    fastest = row.joint.limits[3]
-    most = motors.FASTEST if fastest is None else fastest
-    return motors.pursued(row.joint.motor, *values, *step, most, row.is_alone)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from simd_client.proto import RobotJointStates
-
 from . import constants
 from .arguments import Vector
 from .bodies import Body
 from .connections import connected
 from .errors import error
+from .readings import AnyJointStates
 from .rotations import conjugate, cross, rotate
 from .world import World
 
@@ -27,7 +26,7 @@ def enableJointForceTorqueSensor(
     body.readers.clear()
 
 
-def reaction(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[float, ...]:
+def reaction(world: World, body: Body, states: AnyJointStates, index: int) -> tuple[float, ...]:
     """Of the parent on the child, as PyBullet reports it: in the axes of the child's inertia, about its
     centre of mass, and without what the motor does along the axis. Zeros if the sensor is off."""
     joint = body.joints[index]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from simd_client.proto import (
     Contact,
@@ -26,7 +26,9 @@ from simd_client.proto import (
 from .errors import error
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
+
+    from simd_client.embedded_link import RobotNumbers
 
     from .arguments import Pose, Vector
     from .bodies import Body
@@ -36,6 +38,19 @@ if TYPE_CHECKING:
     Root = tuple[Pose, tuple[Vector, Vector]]
 
 State = TypeVar("State")
+
+
+class _Numbers(NamedTuple):
+    """What is read of `RobotJointStates`, without a message."""
+
+    robot: str
+    layout_version: int
+    position: list[float]
+    velocity: list[float]
+    effort: list[float]
+
+
+AnyJointStates = RobotJointStates | _Numbers
 
 JointValues = tuple[list[float], list[float], list[float]]
 """Positions, velocities and efforts of motors of a robot's joints, each with a 0 after the last, which is what a joint without a
@@ -59,9 +74,9 @@ class Readings:
         self.sim_time = 0.0
         # As the script gave them: 0 is one, as 1 is.
         self.substeps = 0
-        self._joint_states: dict[str, RobotJointStates] | None = None
+        self._joint_states: dict[str, AnyJointStates] | None = None
         # The numbers of those that were read, by robot, with the message that they are of.
-        self._joint_values: dict[str, tuple[RobotJointStates, JointValues]] = {}
+        self._joint_values: dict[str, tuple[AnyJointStates, JointValues]] = {}
         self._link_poses: dict[str, RobotLinkPoses] = {}
         self._link_states: dict[str, RobotLinkStates] = {}
         self._roots: dict[str, Root] = {}
@@ -86,7 +101,7 @@ class Readings:
             self._watching = True
             self.wire.watch_states()
 
-    def joint_states(self, body: Body) -> RobotJointStates:
+    def joint_states(self, body: Body) -> AnyJointStates:
         """Of the newest step, or the current one if something else has changed or the world plays."""
         if self._joint_states is None:
             self.take(self._ask_joint_states())
@@ -232,13 +247,20 @@ class Readings:
             self._link_states = {robot.robot: robot for robot in answer.link_states}
             self._links_for -= 1
 
+    def take_numbers(self, sequence: int, sim_time: float, robots: Sequence[RobotNumbers]) -> None:
+        """The same of a step whose answer is joint states alone."""
+        self._take(sequence, sim_time, {robot[0]: _Numbers._make(robot) for robot in robots})
+
     def take(self, states: JointStates) -> None:
         """States of all robots arrived: those are the newest."""
-        if states.stamp.sequence != self.sequence and self._joint_states is not None:
+        stamp = states.stamp
+        self._take(stamp.sequence, stamp.sim_time, {robot.robot: robot for robot in states.robots})
+
+    def _take(self, sequence: int, sim_time: float, robots: Mapping[str, AnyJointStates]) -> None:
+        if sequence != self.sequence and self._joint_states is not None:
             self._is_moved = self.is_detected = False
-        self.sequence = states.stamp.sequence
-        self.sim_time = states.stamp.sim_time
-        self._joint_states = {robot.robot: robot for robot in states.robots}
+        self.sequence, self.sim_time = sequence, sim_time
+        self._joint_states = dict(robots)
         self._forget_rest()
 
 

@@ -11,11 +11,23 @@ def joint_target(joint: str, law: Law, target: JointTarget) -> None:
     """Sets `target` to the law for the joint of that name."""
     target.joint = joint
     kind = law.kind
-    if kind == "position":
+    if kind == "servo":
+        servo = target.servo
+        servo.position, servo.velocity = law.value, law.velocity
+        servo.rate, servo.slip = law.rate, law.slip
+        if law.damping is not None:
+            servo.damping = law.damping
+        if law.feed_forward:
+            servo.feed_forward_effort = law.feed_forward
+        if law.max_effort is not None:
+            servo.max_effort = law.max_effort
+        if law.max_velocity is not None:
+            servo.max_velocity = law.max_velocity
+    elif kind == "position":
         position = target.position
         position.position = law.value
-        if law.damper_velocity:
-            position.velocity = law.damper_velocity
+        if law.velocity:
+            position.velocity = law.velocity
         if law.stiffness is not None:
             position.stiffness = law.stiffness
         if law.damping is not None:

@@ -15,7 +15,7 @@ from simd_client.assets import Locator
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.upload import fetch_file, upload_files
 from simd_client.description_files import PART_BYTES, DescriptionFiles
-from simd_client.embedded_link import open_embedded
+from simd_client.embedded_link import EmbeddedLink, KeptStep, RobotNumbers, open_embedded
 from simd_client.endpoint import DEFAULT_ENDPOINT, EMBEDDED, ENVIRONMENT, read_endpoint
 from simd_client.errors import EndpointError, SimdError, Unavailable
 from simd_client.link import Link, Subscription
@@ -90,6 +90,9 @@ class Wire:
 
     def __init__(self, link: Link) -> None:
         self._link = link
+        # A world in this process keeps requests of steps.
+        self.keeps_steps = isinstance(link, EmbeddedLink)
+        self._timeout = _TIMEOUT
         self._connection = Connection(link, _TIMEOUT)
         self._subscribers: list[Subscription] = []
         self._parameters: ParameterList | None = None
@@ -132,8 +135,47 @@ class Wire:
         except SimdError as problem:
             raise error(str(problem)) from None
 
+    def serve(self, address: str) -> str:
+        """Serves a world in this process at this address, or at a free port if that is taken. Returns where.
+
+        Raises:
+            error: if it cannot be served.
+        """
+        try:
+            return self._embedded_link().serve(address, says=False)
+        except SimdError as problem:
+            raise error(str(problem)) from None
+
+    def keep_step(self, request: bytes) -> KeptStep:
+        """Has a world in this process keep the request of a step.
+
+        Raises:
+            error: with the world's sentence and reason.
+        """
+        try:
+            return self._embedded_link().keep_step(request)
+        except SimdError as problem:
+            raise error(str(problem), problem.reason) from None
+
+    def run_step(self, step: KeptStep, numbers: list[float]) -> tuple[int, float, list[RobotNumbers]]:
+        """Makes a kept step, as `call`.
+
+        Raises:
+            error: with the world's sentence and reason.
+        """
+        self.before()
+        try:
+            return self._embedded_link().run_step(step, numbers, self._timeout)
+        except SimdError as problem:
+            raise error(str(problem), problem.reason) from None
+
+    def _embedded_link(self) -> EmbeddedLink:
+        assert isinstance(self._link, EmbeddedLink)
+        return self._link
+
     def set_timeout(self, timeout: float) -> None:
         """Sets how long calls wait for their answer, in wall seconds."""
+        self._timeout = timeout
         self._connection = Connection(self._link, timeout)
 
     @property

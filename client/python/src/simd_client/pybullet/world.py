@@ -214,11 +214,10 @@ class World(Loop):
         self.bodies[body.unique_id] = made
         self._numbers = None
         self._forget_beyond(made.unique_id)
-        for waiting in (self._waiting, self._pursuing):
-            for key in [(n, i) for n, i in waiting if n == made.unique_id]:
-                # A joint that follows another now has no motor.
-                if key[1] >= len(made.joints) or not made.joints[key[1]].has_motor:
-                    del waiting[key]
+        for key in [(n, i) for n, i in self._waiting if n == made.unique_id]:
+            # A joint that follows another now has no motor.
+            if key[1] >= len(made.joints) or not made.joints[key[1]].has_motor:
+                del self._waiting[key]
         self.free_limits(made)
         self.forget_states()
         # Colours go with the description that they were given to.
@@ -355,7 +354,6 @@ class World(Loop):
             self._freed.clear()
             self.collision_shapes, self.visual_shapes = Shapes(), Shapes()
         self._waiting.clear()
-        self._pursuing.clear()
         self.solver_iterations, self.inner_iterations = 50, 1
         self.constraints.clear()
         self.next_constraint = 1
