@@ -15,8 +15,8 @@ use simd_model::robot::{Collision, Geometry, JointKind, MeshAsset, Sha256};
 use simd_tests::{robots, scenes};
 
 use crate::chains::chain;
-use crate::seeds::seeds;
 use crate::saved_state_files::through_a_file;
+use crate::seeds::seeds;
 use simd_tests::world::{apply, look, passive, run, world};
 
 /// Returns a cube of 0.2 m and 1 kg that slides along x, on a base that is fixed.

@@ -4,7 +4,7 @@ import { decompress } from "./lz4";
 import { Damage, type Source } from "./source";
 
 /** The newest format that this page reads. Formats differ in commands, which it does not read; `simd replay` reads one alone. */
-const FORMAT = 4;
+const FORMAT = 5;
 const METADATA = "simd.recording";
 /** Bytes of a chunk once it is decompressed: many times of what is written. */
 const MAX_CHUNK = 32 << 20;
