@@ -118,7 +118,7 @@ pub(crate) fn page(config: &Config, is_tls: bool, zenoh: http::ZenohWays) -> htt
     }
 }
 
-/// What a start reads before it takes an address.
+/// Contents of the files that a start reads before it takes an address.
 struct Files {
     loader: Loader,
     access: Access,

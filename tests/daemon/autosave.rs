@@ -130,8 +130,10 @@ async fn a_file_that_cannot_be_used_is_moved_aside_and_the_daemon_starts_as_it_i
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn where_the_world_cannot_be_saved_the_log_says_so_once_and_the_world_goes_on() {
     let home = Home::new();
-    let folder = home.path().join("not there yet");
+    let folder = home.path().join("not there for a while");
+    fs::create_dir(&folder).unwrap();
     let mut daemon = start(&folder.join("world.simdstate")).await;
+    fs::remove_dir_all(&folder).unwrap();
     daemon.logged("the world is not saved to").await;
     let client = daemon.client().await;
     assert_eq!(client.robots().await.unwrap().len(), 1);

@@ -7,7 +7,6 @@ mod cameras;
 mod client;
 mod constraints;
 mod contacts;
-mod deadlines;
 mod docs;
 mod doctor;
 mod draining;

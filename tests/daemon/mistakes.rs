@@ -13,7 +13,7 @@ async fn refused(home: &Home, arguments: &[&str]) -> Said {
     assert_eq!(said.out, "", "{arguments:?}: a daemon that does not start is silent on stdout");
     let (sentences, log): (Vec<&str>, Vec<&str>) =
         said.err.lines().partition(|line| !line.contains(" INFO "));
-    assert!(log.iter().all(|line| line.contains(" simd_server::")), "{log:?}");
+    assert!(log.iter().all(|line| line.contains(" simd_")), "{log:?}");
     assert_eq!(sentences.len(), 1, "{arguments:?}: {sentences:?}");
     assert!(sentences[0].starts_with("simd: "), "{sentences:?}");
     said.err = format!("{}\n", sentences[0]);

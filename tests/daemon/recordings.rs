@@ -16,7 +16,7 @@ async fn recording_daemon() -> (Process, Client, TempDir) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_daemon_that_is_told_no_folder_keeps_recordings_below_the_users_state() {
+async fn a_daemon_without_a_folder_of_recordings_keeps_recordings_below_the_users_state() {
     let daemon = Process::start(["--config", "tests/assets/demo.toml"]).await;
     let recordings = daemon.home().join("state/simd/recordings");
     let listed = daemon.simctl(["record", "list"]).await;

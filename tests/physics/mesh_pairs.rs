@@ -1,4 +1,4 @@
-//! Links of one robot whose hulls are coarse touch each other by their meshes: an L and a C, whose hulls fill what they leave open.
+//! Links of one robot with coarse hulls touch each other by their meshes: an L and a C, whose hulls fill their openings.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ const HELD: f64 = 1e-3;
 /// A box by its least and its greatest corner.
 type Block = [DVec3; 2];
 
-/// A profile in x and y that is as thick along z as `height`: corners in order, triangles of a lid, and the boxes that it is made of.
+/// A profile in x and y, `height` thick along z: its corners in order, the triangles of a lid, and its boxes.
 struct Profile {
     corners: Vec<[f64; 2]>,
     lid: Vec<[u32; 3]>,
@@ -281,7 +281,8 @@ fn a_bar_goes_into_the_mouth_of_a_c_and_is_stopped_by_its_walls() {
     }
 }
 
-/// A description that asks for self-collision says in its report which of its links touch with a hull that is too coarse, and how coarse it is.
+/// If a description asks for self-collision, its report names links that touch with a coarse hull. It gives the distance
+/// by which the hull exceeds the mesh.
 #[test]
 fn hulls_that_are_too_coarse_are_named_with_their_links_and_their_distance() {
     let rng = &mut Rng::with_seed(1);

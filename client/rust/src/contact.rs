@@ -129,7 +129,7 @@ impl Client {
         present(self.unary(self.entity().set_link_properties(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// What a robot touches: itself or not, and which pairs of links are switched off or on.
+    /// Returns the collision filter of a robot: self-collision, and the pairs of links that are switched off or on.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.

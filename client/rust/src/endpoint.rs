@@ -16,7 +16,7 @@ const ZENOH_PROTOCOLS: [&str; 9] =
 pub(crate) enum DaemonEndpoint {
     /// For gRPC. A daemon of another name is refused.
     Grpc { url: String, name: Option<String> },
-    /// Of a daemon or of a router.
+    /// Locator of a daemon or of a router.
     Zenoh { locator: String, name: Option<String> },
 }
 

@@ -25,8 +25,8 @@ pub(super) fn state_folder(variables: &[(OsString, OsString)]) -> Option<PathBuf
     folder("STATE_DIRECTORY").or_else(of_user)
 }
 
-/// Puts what the variables say over the draft. Variables of clients, such as `SIMD_TOKEN`, are none of ours; one that
-/// begins like those of a table and is none of its keys is a mistake.
+/// Puts the values of variables over the draft. Variables of clients, such as `SIMD_TOKEN`, are skipped. A variable that
+/// begins like a table's, without a key of it, is a mistake.
 pub(super) fn apply(
     draft: &mut Draft,
     variables: impl IntoIterator<Item = (OsString, OsString)>,

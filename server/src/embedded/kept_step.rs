@@ -1,5 +1,5 @@
-//! A step whose request is kept. A loop sets the same joints in each turn, and of each target one number: it gives the numbers alone, and gets
-//! joint states as they are, so that nothing is encoded or decoded.
+//! A step whose request is kept. A loop sets one number for each of the same joints in each turn. It gives these numbers
+//! alone, and gets joint states as numbers. So nothing is encoded or decoded.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! The page and the services of an embedded world for others, on threads of their own.
+//! Serves the page and the API of an embedded world to others, on separate threads.
 
 use std::net::SocketAddr;
 use std::os::fd::{AsRawFd as _, RawFd};
@@ -61,12 +61,13 @@ impl Serving {
 }
 
 impl Embedded {
-    /// Serves the page and the services (gRPC, gRPC-Web, HTTP) at this address until the world ends. A world is served once: returns where,
-    /// also if it was served before.
+    /// Serves the page and the services (gRPC, gRPC-Web, HTTP) at this address until the world ends. A world is
+    /// served once. Returns its address, also if it was served before.
     ///
     /// # Errors
-    /// Returns an error if the address cannot be listened on, if it is not a loopback address and the configuration does not allow others
-    /// (`insecure`), or if the configuration asks for TLS or tokens.
+    /// * The address cannot be listened on.
+    /// * It is not a loopback address, and the configuration does not allow others (`insecure`).
+    /// * The configuration asks for TLS or tokens.
     pub fn serve(&self, address: SocketAddr) -> Result<Served, Error> {
         let Serving { page, connections, is_loopback_only, is_guarded, server } = &self.serving;
         let mut server = server.lock().unwrap_or_else(PoisonError::into_inner);

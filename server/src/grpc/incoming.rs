@@ -21,8 +21,8 @@ use simd_world::handle::{Disconnect, Peer};
 
 /// Pause after an error of accepting: most causes, such as too many open files, persist for a while.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-/// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
-/// find out whether the client is there.
+/// First bytes of each HTTP/2 client (RFC 9113, 3.4). After them, keepalive finds out whether the client still
+/// answers.
 pub(super) const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 
 /// First requests of health checks and scrapers on a new connection.

@@ -13,7 +13,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 #[derive(Debug, Default)]
 pub(super) struct Foreign(Mutex<HashMap<String, (Instant, u64)>>);
 
-/// What becomes of a line.
+/// Passage of a line through the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passage {
     /// It is written, after a note on so many lines that were left out.

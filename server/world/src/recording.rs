@@ -55,7 +55,7 @@ pub struct Settings {
     pub directory: Option<PathBuf>,
     /// Whether the first recording makes the folder.
     pub is_made: bool,
-    /// Of all of them together.
+    /// Maximum bytes of all recordings together.
     pub max_bytes: u64,
     /// Maximum bytes per second of all cameras' pictures, before compression by the file; 0 disables
     /// pictures.

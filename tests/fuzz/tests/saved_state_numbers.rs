@@ -75,7 +75,7 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
     numbers.extend([target, target_velocity, feed_forward, setpoint, setpoint_velocity]);
     let optional = [lower, upper, effort, velocity, stiffness, target_damping, max_effort, max_velocity];
     numbers.extend(optional.into_iter().flatten());
-    numbers.extend(servo.iter_mut().flat_map(|servo| [&mut servo.rate, &mut servo.slip]));
+    numbers.extend(servo.iter_mut().flat_map(|servo| [&mut servo.gain, &mut servo.slip]));
     numbers
 }
 

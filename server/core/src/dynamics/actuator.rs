@@ -119,7 +119,7 @@ pub struct Actuator {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Servo {
     /// Velocity by error of the position, 1/s.
-    pub rate: f64,
+    pub gain: f64,
     /// Part of the free velocity that the joint keeps: of its velocity after the step if no actuator acted.
     pub slip: f64,
 }
@@ -242,8 +242,8 @@ impl Axis {
     /// joint motor of Bullet (`btMultiBodyJointMotor`).
     pub fn asked_velocity(&self, q: f64, free: f64) -> Option<f64> {
         let Actuator { mode, target, velocity, max_velocity, servo, .. } = self.actuator;
-        let Servo { rate, slip } = servo?;
-        let steady = if mode == Mode::Position { velocity + rate * (target - q) } else { target };
+        let Servo { gain, slip } = servo?;
+        let steady = if mode == Mode::Position { velocity + gain * (target - q) } else { target };
         let most = least(self.settings.limits.velocity, max_velocity);
         Some((steady + slip * free).max(-most).min(most))
     }

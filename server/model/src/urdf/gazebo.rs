@@ -29,7 +29,7 @@ pub(super) struct Gazebo {
     pub(super) all_collide: bool,
     /// The robot does not sleep.
     pub(super) stays_awake: bool,
-    /// Of joints, by name.
+    /// Elements of joints, by their names.
     pub(super) joints: BTreeMap<String, OfJoint>,
 }
 

@@ -157,9 +157,9 @@ impl SimHandle {
         }
     }
 
-    /// Takes robots, joints or the world for one client until the claim is released, was not used for as long as
-    /// the lease, `until` is cancelled, or the client's token is revoked. The id of the claim is made here. The answer has the secret by which the
-    /// client is known from then on.
+    /// Takes robots, joints or the world for one client. The claim ends by a release, after a lease without use, when
+    /// `until` is cancelled, and when the client's token is revoked. The id of the claim is made here. The answer
+    /// has the secret by which the client is known from then on.
     ///
     /// # Errors
     /// Returns an error if the lease is not between 0.1 s and an hour, or the world refuses. Also if there

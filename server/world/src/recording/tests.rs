@@ -257,13 +257,13 @@ async fn what_is_no_recording_is_refused_in_a_sentence() {
     let writer = simd_mcap::Writer::new(Vec::new(), "ros2", "other").unwrap();
     assert!(refusal(writer.finish().unwrap()).await.starts_with("it is no recording of simd"));
     let mut writer = simd_mcap::Writer::new(Vec::new(), "ros2", "other").unwrap();
-    let metadata = BTreeMap::from([("format".to_owned(), "5".to_owned())]);
+    let newer = file::FORMAT + 1;
+    let metadata = BTreeMap::from([("format".to_owned(), newer.to_string())]);
     writer.add_metadata("simd.recording", &metadata).unwrap();
-    assert!(
-        refusal(writer.finish().unwrap())
-            .await
-            .contains("of format 5, and this release reads only 4; it was made by a newer")
-    );
+    let sentence = refusal(writer.finish().unwrap()).await;
+    let formats =
+        format!("of format {newer}, and this release reads only {}; it was made by a newer", file::FORMAT);
+    assert!(sentence.contains(&formats), "{sentence}");
 }
 
 #[tokio::test]

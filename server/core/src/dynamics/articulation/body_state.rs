@@ -261,8 +261,8 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
     } = axis.actuator;
     let sizes_of_axis = [damping, friction, armature, spring_stiffness, default_stiffness, default_damping];
     sizes("settings of axes", sizes_of_axis)?;
-    let rate = servo.map(|servo| servo.rate);
-    let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity, rate];
+    let gain = servo.map(|servo| servo.gain);
+    let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity, gain];
     sizes("limits and gains of axes", given.into_iter().flatten())?;
     finite("limits of axes", [lower, upper].into_iter().flatten())?;
     if lower > upper && upper.is_some() {

@@ -236,7 +236,7 @@ pub(super) fn actuator_for(robot: &Articulation, body: usize, target: &Target) -
                 max_velocity,
                 setpoint: position,
                 setpoint_velocity: joint_velocity,
-                servo: Some(Servo { rate, slip }),
+                servo: Some(Servo { gain: rate, slip }),
                 ..Actuator::default()
             }
         }
