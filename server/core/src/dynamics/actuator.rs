@@ -7,13 +7,13 @@ use simd_model::robot::JointLimits;
 use super::integrator::{History, Implicitness, Integrator};
 use super::real::{MaskOf, Real};
 
-/// What an actuator does.
+/// Kind of an actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// There is none: a fixed, floating or mimic joint.
     #[default]
     None,
-    /// Nothing.
+    /// Applies no effort.
     Passive,
     /// Goes to a position.
     Position,
@@ -26,28 +26,28 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// What leapfrog can go on from at the most where an actuator of this mode gets another target, of the next mode: an effort
-    /// acts as it is, in this step and the next; the answer to a target may be a jump.
+    /// History that leapfrog may use after an actuator of this mode gets a target of the next mode. An effort acts
+    /// unchanged in this step and the next. The response to another target may be a jump.
     pub(super) fn history_after(self, next: Self) -> History {
         if self == Self::Effort && next == Self::Effort { History::Kinked } else { History::Interrupted }
     }
 }
 
-/// Stiffness over composite inertia, as an angular frequency: the static error
-/// under gravity is then below 1 mrad on common robots. rad/s.
+/// Default stiffness over composite inertia, as an angular frequency, rad/s. The static error under gravity is then
+/// below 1 mrad on common robots.
 pub const DEFAULT_BANDWIDTH: f64 = 300.0;
 
 /// Velocity damping over composite inertia by time step: static error under 0.1 %.
 pub const DEFAULT_VELOCITY_GAIN: f64 = 1000.0;
 
-/// The part of its effort limit that a joint's setpoint speeds up and brakes with; the
-/// rest is for gravity and for what other joints do.
+/// Part of a joint's effort limit that its setpoint uses to accelerate and brake. The rest is for gravity and for the
+/// effect of other joints.
 pub const PROFILE_EFFORT: f64 = 0.5;
 
-/// What is held at its limit is released below this part of it.
+/// Part of its limit below which a saturated actuator is released.
 pub(super) const NEARLY: f64 = 1.0 - 1e-9;
 
-/// Gains are not made smaller by more than this at once, or its square where they only become smaller: none becomes zero.
+/// Smallest factor of gains in one round, or its square if they only decrease. No gain becomes zero.
 const LEAST_PART: f64 = 1e-12;
 
 /// Weakening ends when no actuator's gains change by more than this part.
@@ -56,13 +56,13 @@ pub(super) const SETTLED: f64 = 1e-2;
 /// An axis that can be driven: a revolute or prismatic joint, or one of a planar one's three.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// What the joint itself is like.
+    /// Properties of the joint.
     pub settings: AxisSettings,
-    /// What drives it.
+    /// Actuator of the joint.
     pub actuator: Actuator,
 }
 
-/// What a joint is like, apart from its geometry.
+/// Properties of a joint without its geometry.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AxisSettings {
     /// N m s/rad or N s/m.
@@ -73,24 +73,24 @@ pub struct AxisSettings {
     pub armature: f64,
     /// N m/rad or N/m, of a spring beside the actuator.
     pub spring_stiffness: f64,
-    /// Where the spring pulls nowhere, rad or m.
+    /// Position at which the spring exerts no effort, rad or m.
     pub spring_rest: f64,
-    /// Of position, effort and velocity.
+    /// Limits of position, effort and velocity.
     pub limits: JointLimits,
     /// Stiffness of position targets that give none.
     pub default_stiffness: f64,
     /// Damping of position targets that give none.
     pub default_damping: f64,
-    /// To position, velocity and hold targets the effort is added that holds what hangs on the joint against gravity.
+    /// Whether position, velocity and hold targets get the effort that holds the links behind the joint against gravity.
     pub gravity_compensation: bool,
-    /// M_ii at the spawn pose, armature included: what default gains are made of.
+    /// M_ii at the spawn pose, with armature. It sets the default gains.
     pub composite_inertia: f64,
 }
 
 /// The target of an axis and how it is pursued.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
-    /// What it does.
+    /// Kind of the actuator.
     pub mode: Mode,
     /// rad or m; rad/s or m/s; N m or N: as the mode says.
     pub target: f64,
@@ -103,13 +103,13 @@ pub struct Actuator {
     pub damping: Option<f64>,
     /// Added to the effort.
     pub feed_forward: f64,
-    /// The most effort for this target, beside the joint's own limit.
+    /// Maximum effort for this target, beside the joint's limit.
     pub max_effort: Option<f64>,
-    /// How fast the setpoint advances, beside the joint's own limit.
+    /// Maximum velocity of the setpoint, beside the joint's limit.
     pub max_velocity: Option<f64>,
-    /// Where a position target has got to on its way; see [`Axis::advance_setpoint`].
+    /// Position that the setpoint has reached on its way to the target; see [`Axis::advance_setpoint`].
     pub setpoint: f64,
-    /// How fast the setpoint moves.
+    /// Velocity of the setpoint.
     pub setpoint_velocity: f64,
     /// In position and velocity mode: keeps a velocity that depends on the joint's state, and has no spring.
     pub servo: Option<Servo>,
@@ -118,15 +118,15 @@ pub struct Actuator {
 /// A position loop around a velocity loop; see [`Axis::asked_velocity`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Servo {
-    /// Velocity by error of the position, 1/s.
+    /// Velocity for an error of the position, 1/s.
     pub gain: f64,
-    /// Part of the free velocity that the joint keeps: of its velocity after the step if no actuator acted.
+    /// Part of the free velocity that the joint keeps. The free velocity is the one after the step without actuators.
     pub slip: f64,
 }
 
-/// The law of an actuator over one step, in the terms of dynamics: effort =
-/// kp (target - q') + kd (velocity - qd') + feed forward, with q' and qd' where an [`Implicitness`] takes them: for
-/// backward Euler q + h qd+ and qd+, with qd+ the new velocity.
+/// The law of an actuator over one step: effort = kp (target - q') + kd (velocity - qd') + feed forward.
+///
+/// An [`Implicitness`] gives q' and qd'. For backward Euler they are q + h qd+ and qd+, with qd+ the new velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drive<R: Real = f64, Saturated = Option<f64>> {
     /// kp.
@@ -137,16 +137,16 @@ pub struct Drive<R: Real = f64, Saturated = Option<f64>> {
     pub position: R,
     /// velocity.
     pub velocity: R,
-    /// Whatever the state.
+    /// Effort that does not depend on the state.
     pub feed_forward: R,
-    /// The most effort that it can apply.
+    /// Maximum effort.
     pub limit: R,
-    /// What it applies in place of the law: the limit with its sign, where the solved effort would exceed it; or what its weakened law
-    /// asked for, in a step of which it is not found which actuators saturate.
+    /// Effort that replaces the law: the limit with its sign, if the solved effort would exceed it. In a step that does
+    /// not find which actuators saturate, it is the effort of the weakened law.
     pub saturated: Saturated,
 }
 
-/// What a joint itself does, whatever drives it; see [`AxisSettings`].
+/// Passive forces of a joint, without its actuator; see [`AxisSettings`].
 #[derive(Clone, Copy, Debug)]
 pub struct OwnForces<R: Real = f64> {
     /// N m s/rad or N s/m.
@@ -160,7 +160,7 @@ pub struct OwnForces<R: Real = f64> {
 }
 
 impl Actuator {
-    /// Holds a position; a joint that moves is braked first, and comes back.
+    /// Holds a position. A moving joint is braked first, and comes back.
     pub fn hold(position: f64, velocity: f64) -> Self {
         Self {
             mode: Mode::Hold,
@@ -173,7 +173,7 @@ impl Actuator {
 }
 
 impl AxisSettings {
-    /// What the joint itself does.
+    /// Returns the passive forces of the joint.
     #[inline(always)]
     pub fn own_forces(&self) -> OwnForces {
         let Self { damping, armature, spring_stiffness, spring_rest, .. } = *self;
@@ -182,20 +182,20 @@ impl AxisSettings {
 }
 
 impl<R: Real> OwnForces<R> {
-    /// What it adds to D: armature + h t damping + h^2 b spring stiffness.
+    /// Their contribution to D: armature + h t damping + h^2 b spring stiffness.
     #[inline(always)]
     pub fn resistance(&self, h: R, at: Implicitness<R>) -> R {
         self.armature + h * at.damper() * self.damping + h * h * at.spring_after() * self.spring_stiffness
     }
 
-    /// What its damper and its spring apply if the velocity does not change, beside what they add to D.
+    /// Effort of the damper and the spring at unchanged velocity, beside their contribution to D.
     #[inline(always)]
     pub fn steady_effort(&self, q: R, velocity: R, h: R, at: Implicitness<R>) -> R {
         self.spring_stiffness * (self.spring_rest - q - h * at.spring_ahead() * velocity)
             - self.damping * velocity
     }
 
-    /// What its damper and its spring add to D for backward Euler.
+    /// Contribution of the damper and the spring to D for backward Euler.
     #[inline(always)]
     fn stiffness_of_step(&self, h: R) -> R {
         h * self.damping + h * h * self.spring_stiffness
@@ -203,7 +203,7 @@ impl<R: Real> OwnForces<R> {
 }
 
 impl Axis {
-    /// The joint's own limit and the target's, infinite where there is none.
+    /// Returns the smaller of the joint's limit and the target's; infinite without both.
     fn most_effort(&self) -> f64 {
         least(self.settings.limits.effort, self.actuator.max_effort)
     }
@@ -235,11 +235,11 @@ impl Axis {
         }
     }
 
-    /// The velocity that a servo aims at over a step from the position `q`, of a joint whose velocity after it would be `free` if no
-    /// actuator acted; `None` without a servo.
+    /// Returns the velocity that a servo aims at over a step from the position `q`; `None` without a servo. `free` is
+    /// the velocity after the step without actuators.
     ///
-    /// A servo in front of a stiff damper is a constraint on the new velocity, whose impulse is bounded by the effort limit: the
-    /// joint motor of Bullet (`btMultiBodyJointMotor`).
+    /// A servo in front of a stiff damper is a constraint on the new velocity. The effort limit bounds its impulse. Bullet's
+    /// joint motor is the same (`btMultiBodyJointMotor`).
     pub fn asked_velocity(&self, q: f64, free: f64) -> Option<f64> {
         let Actuator { mode, target, velocity, max_velocity, servo, .. } = self.actuator;
         let Servo { gain, slip } = servo?;
@@ -248,21 +248,20 @@ impl Axis {
         Some((steady + slip * free).max(-most).min(most))
     }
 
-    /// Moves the setpoint by one step of `h` towards the target: a trapezoidal velocity
-    /// profile, no faster than the joint's velocity limit, and speeding up and braking
-    /// with half of what its effort limit can do with its composite inertia. A joint
-    /// without those limits has its setpoint at the target at once.
+    /// Moves the setpoint by one step of `h` towards the target, along a trapezoidal velocity profile.
     ///
-    /// A stiff spring whose effort saturates all the way is a relay: it would swing
-    /// around the target for seconds. The damper does not pull along with the setpoint;
-    /// the joint follows 2 / bandwidth seconds behind, and never passes its velocity.
+    /// The profile keeps the joint's velocity limit. It accelerates and brakes with [`PROFILE_EFFORT`] of the effort limit over
+    /// the composite inertia. Without those limits the setpoint is at the target at once.
+    ///
+    /// A stiff spring whose effort saturates all the way is a relay: it would swing around the target for seconds. The damper
+    /// does not pull along with the setpoint. The joint follows 2 / bandwidth seconds behind, and never passes its velocity.
     pub fn advance_setpoint(&mut self, h: f64) {
         if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) || self.actuator.servo.is_some() {
             return;
         }
         let Actuator { target, setpoint, setpoint_velocity, .. } = &mut self.actuator;
         if *setpoint == *target && *setpoint_velocity == 0.0 {
-            // What holds, as most do at most times, stays there.
+            // A setpoint that has arrived stays there.
             (*setpoint, *setpoint_velocity) = (*target, 0.0);
             return;
         }
@@ -273,13 +272,11 @@ impl Axis {
             advance_profile((*setpoint, *setpoint_velocity), *target, (hardest, fastest), h);
     }
 
-    /// Keeps the setpoint of an actuator whose `law` asks for more than the limit where it asks for the limit and no
-    /// more (anti-windup by back-calculation): a joint that something stronger carried off
-    /// is braked with its whole effort, and then moves back along a profile, where a
-    /// setpoint that waited at the target would make it swing. A joint that is blocked
-    /// goes on to push with its limit.
+    /// Anti-windup by back-calculation, at the end of a step with the law `drive` and the new velocity `qd`.
     ///
-    /// At the end of a step, in which `drive` was the law and `qd` came to be the velocity.
+    /// If `law` exceeds the limit, moves the setpoint to where the law asks for the limit. A joint that a stronger force carried
+    /// off is braked with its whole effort, and then moves back along a profile. With its setpoint at the target it would swing.
+    /// A blocked joint continues to push with its limit.
     pub fn anti_windup(&mut self, drive: &Drive, law: f64, qd: f64) {
         let has_setpoint = matches!(self.actuator.mode, Mode::Position | Mode::Hold);
         if has_setpoint && drive.stiffness > 0.0 && law.abs() > drive.limit {
@@ -288,15 +285,15 @@ impl Axis {
         }
     }
 
-    /// Stiffness and damping in force, for people.
+    /// Returns stiffness and damping in force, for reports.
     pub fn gains(&self, h: f64) -> (f64, f64) {
         let drive = self.drive(h);
         (drive.stiffness, drive.damping)
     }
 }
 
-/// Setpoint and its velocity after a step towards a target that it is not at: it speeds up and brakes with `hardest`, and is no faster
-/// than `fastest`.
+/// Returns the setpoint and its velocity after a step towards a target that it has not reached. `hardest` bounds its
+/// acceleration, and `fastest` its velocity.
 #[inline(always)]
 pub(super) fn advance_profile<R: Real>(
     (setpoint, velocity): (R, R),
@@ -328,11 +325,11 @@ fn least(one: Option<f64>, other: Option<f64>) -> f64 {
 }
 
 impl Drive {
-    /// Whether it saturates where the law asks for this effort, which was found with what it has been taken for so far. Says whether
-    /// that changed.
+    /// Decides whether the actuator saturates, given the effort of the law under the last decision. Returns whether the
+    /// decision changed.
     ///
-    /// What is held at its limit is right as long as the law would go beyond on that side. After the first round a hair less is enough,
-    /// so that rounding does not release what would be held again.
+    /// A saturated actuator stays so while the law would exceed the limit on that side. After the first round a slightly smaller
+    /// effort suffices, so that rounding does not release it.
     pub fn saturate(&mut self, law: f64, is_first: bool) -> bool {
         let least = if is_first { self.limit } else { self.limit * NEARLY };
         let next = match self.saturated {
@@ -345,15 +342,15 @@ impl Drive {
         changed
     }
 
-    /// Has the law of its gains, of which `part` is left, ask for no more than the limit at the velocities at which it asks for `law`:
-    /// all of its gains are made smaller, or larger again. Says whether it does, which it does not where that is little.
+    /// Scales the gains, of which `part` is left. At the velocities where the law asked for `law`, it then asks for at most
+    /// the limit. Returns whether the gains changed by more than [`SETTLED`].
     ///
-    /// The power of a bounded effort is that of a function that goes on in a straight line (Huber's). A parabola that touches it from
-    /// above at the last velocities has this law (iteratively reweighted least squares: Huber, "Robust Statistics" (1981), section
-    /// 7.8), so that each round lowers what all rounds lower together, however many actuators saturate. And whichever round is the
-    /// last: the actuator pulls to its target, where a constant effort may push away from it.
+    /// The power of a bounded effort is Huber's function, which continues in a straight line. A parabola that touches it from
+    /// above at the last velocities has this law. So each round lowers one common function, however many actuators saturate
+    /// (iteratively reweighted least squares: Huber, "Robust Statistics" (1981), section 7.8). After any round the actuator pulls
+    /// towards its target, while a constant effort may push away from it.
     ///
-    /// Where it is only to be `less`, gains do not become larger, and come down faster, to keep to the limit in the rounds that are left.
+    /// With `less`, gains only decrease, and do so faster, to keep to the limit in the remaining rounds.
     pub fn weaken(&mut self, law: f64, less: bool, part: &mut f64) -> bool {
         if self.limit == 0.0 {
             self.saturated = Some(0.0);
@@ -371,7 +368,7 @@ impl Drive {
         true
     }
 
-    /// Takes back the gains of which `part` was left.
+    /// Restores the gains of which `part` was left.
     pub fn strengthen(&mut self, part: f64) {
         if part < 1.0 {
             self.stiffness /= part;
@@ -380,7 +377,7 @@ impl Drive {
         }
     }
 
-    /// The same at the end of a step; what it applied is what the smaller gains asked for.
+    /// Restores the gains at the end of a step. The effort is the one of the smaller gains.
     pub fn recover(&mut self, law: f64, part: f64) {
         self.strengthen(part);
         if part < 1.0 || law.abs() > self.limit {
@@ -388,13 +385,13 @@ impl Drive {
         }
     }
 
-    /// What the actuator applies over a step of `h` from `q` in which the velocity changes from `before` to `after`; the
-    /// limit where it is saturated.
+    /// Returns the effort over a step of `h` from `q` in which the velocity changes from `before` to `after`; the limit if
+    /// saturated.
     pub fn effort(&self, q: f64, velocities: [f64; 2], h: f64, at: Implicitness) -> f64 {
         self.saturated.unwrap_or_else(|| self.law(q, velocities, h, at).clamp(-self.limit, self.limit))
     }
 
-    /// What the law adds to D: h t kd + h^2 b kp; h kd + h^2 kp for backward Euler.
+    /// The law's contribution to D: h t kd + h^2 b kp; h kd + h^2 kp for backward Euler.
     pub fn resistance(&self, h: f64, at: Implicitness) -> f64 {
         if self.saturated.is_some() { 0.0 } else { self.resistance_of_law(h, at) }
     }
@@ -411,7 +408,7 @@ impl<R: Real, Saturated> Drive<R, Saturated> {
             + self.feed_forward
     }
 
-    /// The law if the velocity did not change: the effort but for what the law adds to D.
+    /// The law at unchanged velocity: the effort without the law's contribution to D.
     #[inline(always)]
     pub fn steady_law(&self, q: R, velocity: R, h: R, at: Implicitness<R>) -> R {
         self.stiffness * (self.position - q - h * at.spring_ahead() * velocity)
@@ -419,20 +416,20 @@ impl<R: Real, Saturated> Drive<R, Saturated> {
             + self.feed_forward
     }
 
-    /// What the law adds to D, also where it is saturated.
+    /// The law's contribution to D, also if saturated.
     #[inline(always)]
     fn resistance_of_law(&self, h: R, at: Implicitness<R>) -> R {
         h * at.damper() * self.damping + h * h * at.spring_after() * self.stiffness
     }
 
-    /// The same for backward Euler.
+    /// The law's contribution to D for backward Euler.
     #[inline(always)]
     fn stiffness_of_step(&self, h: R) -> R {
         h * self.damping + h * h * self.stiffness
     }
 
-    /// When forces of the joint and of the law act, those of the law alone, and the two numbers of D = first / second, by what the
-    /// joint resists with by itself. In leapfrog each joint has its own, by what D is without them.
+    /// Returns the implicitness of all forces, the implicitness of the law alone, and the two numbers of D = first / second.
+    /// In leapfrog each joint has a separate implicitness, by its D without them.
     #[inline(always)]
     pub(super) fn resist(
         &self,
@@ -461,7 +458,7 @@ impl<R: Real, Saturated> Drive<R, Saturated> {
         (at, of_law, resistance)
     }
 
-    /// What gains, of which `part` is left, are to be multiplied by: see [`weaken`](Drive::weaken).
+    /// Returns the factor of gains of which `part` is left; see [`weaken`](Drive::weaken).
     #[inline(always)]
     pub(super) fn factor_to_limit(&self, law: R, less: bool, part: R) -> R {
         let one = law.splat(1.0);

@@ -192,8 +192,8 @@ impl Simulation {
         Ok(Reply::Claimed { ended: in_the_way })
     }
 
-    /// Ends what clients without the claim began and the holder cannot see: trajectories of its joints, also delayed ones, and
-    /// wrenches and pulls on the robot. Targets stay, and are the holder's to change.
+    /// Ends motions that clients without the claim began: trajectories of its joints, also delayed ones, and wrenches and
+    /// pulls on the robot. Targets stay; the holder may change them.
     fn end_motions(&mut self, robot: usize, joints: Option<&Vec<usize>>) {
         self.cancel_trajectories(robot, joints.map(Vec::as_slice), "a claim");
         let state = &mut self.entities[robot].state;
