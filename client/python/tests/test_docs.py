@@ -147,8 +147,8 @@ def test_the_blocks_on_rollouts_run(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("page", [EMBEDDED, CI], ids=["embedded", "ci"])
 def test_the_block_on_worlds_in_the_process_runs(monkeypatch: pytest.MonkeyPatch, page: Path) -> None:
     monkeypatch.chdir(REPOSITORY)
+    names: dict[str, Any] = {"__name__": "embedded"}
     for block in blocks(page):
-        names: dict[str, Any] = {"__name__": "embedded"}
         # The port of the page may be taken.
         exec(compile(block.replace(":7400", ":0"), str(page), "exec"), names)
         if "serve=" in block:
