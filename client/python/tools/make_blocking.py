@@ -34,7 +34,7 @@ REPLACED = [
     ("Belongs to one event loop.", "Belongs to one thread."),
     (
         "The function is called on a task of the event loop, and may be a coroutine function.",
-        "The function is called on a thread of its own, which does not keep the program from ending.",
+        "The function is called on a separate thread, which does not keep the program from ending.",
     ),
     ("Belongs to the event loop that it was made on.", "Belongs to one thread."),
 ]

@@ -1,4 +1,5 @@
-"""The client for asyncio. It has the names of `simd_client`; what asks the daemon is awaited, properties too.
+"""The client for asyncio. It has the names of `simd_client`; calls to the daemon are awaited, including
+properties.
 
     from simd_client import aio
 
@@ -9,7 +10,7 @@
         await sim.step(1000)
         print(await arm.position)
 
-No thread waits for an answer: replies and publications come by callback. Objects belong to one event loop.
+No thread waits for an answer: replies and publications arrive by callback. Objects belong to one event loop.
 The blocking client, `simd_client.blocking`, is generated from this package by `tools/make_blocking.py`.
 """
 

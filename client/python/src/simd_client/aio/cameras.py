@@ -1,4 +1,4 @@
-"""Cameras: what robots see, and pictures from any point of view. A renderer draws them: `simd-camera`."""
+"""Cameras of robots, and pictures from any viewpoint. A renderer, `simd-camera`, draws them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from simd_client.picture import (
 )
 from simd_client.proto import methods
 
-# How long one call waits for the next picture.
+# Wall seconds that one call waits for the next picture.
 _TURN = 10.0
 
 
@@ -43,19 +43,19 @@ class Camera(FixedAttributes):
 
     @property
     def name(self) -> str:
-        """The sensor's name. Empty: the only camera that the robot has."""
+        """The sensor's name. Empty: the robot's only camera."""
         return self._name
 
     async def picture(self, timeout: float = 10.0) -> CameraPicture:
-        """A picture of the present state, or of a later one: after `step`, of exactly that step. Raises `NoRenderer`,
-        `PictureTimeout`, `PictureFailed`."""
+        """Returns a picture of the present state or a later one; after `step`, of exactly that step. Raises
+        `NoRenderer`, `PictureTimeout`, `PictureFailed`."""
         request = proto.GetPictureRequest(robot=self._robot, sensor=self._name, timeout=timeout)
         answer = await self._connection.call(methods.GetPicture, request, wait=timeout)
         return picture_from_proto(answer.picture)
 
     def pictures(self, after: int = 0) -> PictureStream:
-        """Pictures at the camera's own rate, from now on or after a sequence. The newest wins: those that were not drawn in time are
-        left out."""
+        """Iterates over pictures at the camera's rate, from now on or after a sequence. The newest wins:
+        pictures that were not drawn in time are left out."""
         return PictureStream(self._connection, self._robot, self._name, after)
 
     def __repr__(self) -> str:
@@ -70,16 +70,17 @@ class Cameras(FixedAttributes):
         self._robot = robot
 
     async def list(self) -> tuple[CameraInfo, ...]:
-        """What there is, and which pictures were drawn."""
+        """Returns the cameras, with statistics of drawn pictures."""
         cameras, _ = await listed_cameras(self._connection)
         return tuple(camera for camera in cameras if camera.robot == self._robot)
 
     def get(self, name: str = "") -> Camera:
-        """A camera by its name; without one the only one that the robot has. Whether it is there its pictures say."""
+        """Returns the camera with this name; without a name, the robot's only camera. The camera's existence
+        is checked when a picture is requested."""
         return Camera(self._connection, self._robot, name)
 
     async def picture(self, name: str = "", timeout: float = 10.0) -> CameraPicture:
-        """A picture of the present state, as `Camera.picture` gives it."""
+        """Returns a picture of the present state, like `Camera.picture`."""
         return await self.get(name).picture(timeout)
 
 
@@ -90,12 +91,12 @@ class WorldCameras(FixedAttributes):
         self._connection = connection
 
     async def list(self) -> tuple[CameraInfo, ...]:
-        """What there is, and which pictures were drawn."""
+        """Returns the cameras, with statistics of drawn pictures."""
         cameras, _ = await listed_cameras(self._connection)
         return cameras
 
     async def renderers(self) -> tuple[RendererInfo, ...]:
-        """The programs that draw pictures of this world."""
+        """Returns the programs that draw pictures of this world."""
         _, renderers = await listed_cameras(self._connection)
         return renderers
 
@@ -112,9 +113,10 @@ class WorldCameras(FixedAttributes):
         light: PictureLight | None = None,
         timeout: float = 10.0,
     ) -> CameraPicture:
-        """A picture of the present state: `view` is camera_from_world and `projection` clip_from_camera, as OpenGL has them and as
-        `view_matrix` and `projection_matrix` make them; sixteen numbers are read column by column. Raises `NoRenderer`,
-        `PictureTimeout`, `PictureFailed`, `InvalidValue`."""
+        """Returns a picture of the present state. `view` is camera_from_world and `projection`
+        clip_from_camera, with OpenGL's conventions, as `view_matrix` and `projection_matrix` return them.
+        Sixteen numbers are read column by column. Raises `NoRenderer`, `PictureTimeout`, `PictureFailed`,
+        `InvalidValue`."""
         request = proto.TakePictureRequest(
             view=matrix_to_proto(view, "a view"),
             projection=matrix_to_proto(projection, "a projection"),
@@ -129,8 +131,8 @@ class WorldCameras(FixedAttributes):
 
 
 class PictureStream(FixedAttributes, AsyncIterator[CameraPicture]):
-    """Iterates over the pictures of a camera at its own rate. It needs no `close`: the daemon follows the camera for five seconds
-    after the last question. Belongs to one event loop.
+    """Iterates over the pictures of a camera at its rate. It needs no `close`: the daemon follows the camera
+    for five seconds after the last request. Belongs to one event loop.
     """
 
     def __init__(self, connection: Connection, robot: str, camera: str, after: int) -> None:
@@ -144,17 +146,18 @@ class PictureStream(FixedAttributes, AsyncIterator[CameraPicture]):
         return self
 
     async def __anext__(self) -> CameraPicture:
-        """The next picture."""
+        """Returns the next picture."""
         while self._is_open:
             try:
                 return await self.wait(_TURN)
             except PictureTimeout:
-                # A world that stands still has no next picture.
+                # A paused world has no next picture.
                 continue
         raise StopAsyncIteration
 
     async def wait(self, timeout: float) -> CameraPicture:
-        """The next picture. Raises `PictureTimeout` if none comes within so many seconds, and `NoRenderer`."""
+        """Returns the next picture. Raises `PictureTimeout` if none arrives within `timeout` seconds, and
+        `NoRenderer`."""
         request = proto.GetPictureRequest(
             robot=self._robot,
             sensor=self._camera,
@@ -181,7 +184,7 @@ class PictureStream(FixedAttributes, AsyncIterator[CameraPicture]):
 
 
 async def listed_cameras(connection: Connection) -> tuple[tuple[CameraInfo, ...], tuple[RendererInfo, ...]]:
-    """The cameras of all robots, and the renderers that are there."""
+    """Returns the cameras of all robots, and the renderers."""
     answer = await connection.call(methods.ListCameras, proto.ListCamerasRequest())
     cameras = tuple(camera_from_proto(each) for each in answer.cameras)
     return cameras, tuple(renderer_from_proto(each) for each in answer.renderers)

@@ -16,11 +16,12 @@ if TYPE_CHECKING:
 
 
 class Claim(FixedAttributes):
-    """Until it is released, lapses or is taken over, no other client can change what is claimed: targets, resets,
+    """While it is held, no other client can change the claimed robots, joints or world: targets, resets,
     properties, poses, wrenches, reloads, deletes. Use it with `async with`.
 
-    While it is held, all calls of the same `Simulation` that change what is claimed carry it, and each of them renews
-    its lease; nothing else does. The claim of a client that is killed lapses. Released joints hold their position.
+    While it is held, all calls of the same `Simulation` that change claimed things carry it. Each of them
+    renews its lease; other calls do not. The claim of a killed client lapses. Released joints hold their
+    position.
     """
 
     def __init__(self, connection: Connection, held: HeldClaim) -> None:
@@ -30,11 +31,11 @@ class Claim(FixedAttributes):
 
     @property
     def secret(self) -> str:
-        """A call that carries it acts for the claim."""
+        """Secret of the claim; a call that carries it acts for the claim."""
         return self._held.secret
 
     async def release(self) -> None:
-        """Gives it back. Raises `ClaimNotFound` if the claim has lapsed or was taken over."""
+        """Releases the claim. Raises `ClaimNotFound` if the claim has lapsed or was taken over."""
         if self._is_held:
             self._is_held = False
             self._connection.cache.drop_claim(self.secret)

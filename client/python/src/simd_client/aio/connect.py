@@ -13,7 +13,7 @@ from simd_client.open_link import ZenohConfig, open_link
 
 
 class Connecting:
-    """Connects when it is used: with `async with`, or with `await` and `close`."""
+    """Connects on use: with `async with`, or with `await` and `close`."""
 
     def __init__(
         self,
@@ -52,7 +52,8 @@ class Connecting:
         )
         simulation = Simulation(link, self._timeout)
         try:
-            # Any call but `GetSimulatorInfo` is refused if the versions do not match: better now than later.
+            # The daemon refuses any call but `GetSimulatorInfo` if the versions do not match: better now than
+            # later.
             await simulation.stamp
         except BaseException:
             await simulation.close()

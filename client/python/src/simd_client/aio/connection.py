@@ -55,22 +55,22 @@ class Connection(FixedAttributes):
 
     @property
     def timeout(self) -> float:
-        """Seconds that calls wait for their answer."""
+        """Timeout of calls, in seconds."""
         return self._timeout
 
     @property
     def link(self) -> Link:
-        """What carries the calls."""
+        """Link that carries the calls."""
         return self._link
 
     @property
     def cache(self) -> Cache:
-        """The layouts that were fetched and the claims that are held."""
+        """Fetched layouts and held claims."""
         return self._cache
 
     async def call(self, method: Method[Request, Reply], request: Request, *, wait: float = 0.0) -> Reply:
-        """Calls any method of the schema (`simd_client.proto.methods`) with its message. `wait` is how long the
-        request tells the daemon to wait, in seconds."""
+        """Calls any method of the schema (`simd_client.proto.methods`) with its message. `wait` is the time,
+        in seconds, that the request asks the daemon to wait."""
         self._cache.carry_claim(request)
         sent = self._link.request_ids.identified(method, request)
         if sent is None:
@@ -84,10 +84,10 @@ class Connection(FixedAttributes):
         return decoded(method.reply, payload)
 
     async def call_all(self, *calls: tuple[Method[Any, Any], Any]) -> list[Any]:
-        """Makes several calls in one round trip, each a method with its message as for `call`: all are sent before the first
-        answer is waited for, and the daemon may do them in any order, some at the same time. Returns their answers in the
-        order of the calls. Raises the error of the first one that failed, once all are answered; the others are done.
-        The daemon answers 1,024 calls at one time."""
+        """Makes several calls in one round trip, each a method with its message as for `call`. All are sent
+        before the first answer is awaited; the daemon may execute them in any order, some concurrently.
+        Returns their answers in the order of the calls. Raises the error of the first one that failed, once
+        all are answered; the others are done. The daemon answers at most 1,024 calls concurrently."""
         requests: list[tuple[Method[Any, Any], bytes]] = []
         identified: list[Sent | None] = []
         for method, request in calls:
@@ -105,15 +105,15 @@ class Connection(FixedAttributes):
         return [decoded(method.reply, answer) for (method, _), answer in zip(requests, answers, strict=True)]
 
     async def ask_again(self, error: SimdError, *, wait: float = 0.0) -> Any:
-        """Asks about a call that ended with `DeadlineExceeded` or `Unavailable`. Returns its answer, as a message of
-        `simd_client.proto`, or raises its refusal: the first one, if the daemon has done the call; if it has not, it
-        does it now. So the call is done once, however often this is used. The daemon remembers the last 1,024 answers
-        for an hour at most, and none that were given before it was restarted. `wait` is how much longer than the
-        connection's timeout it may take, in seconds.
+        """Asks about a call that ended with `DeadlineExceeded` or `Unavailable`. Returns its answer, as a
+        message of `simd_client.proto`, or raises its refusal. If the daemon has executed the call, this is
+        its first answer; otherwise the daemon executes it now. So the call is executed once, however often
+        this is used. The daemon remembers the last 1,024 answers for an hour at most, and none from before a
+        restart. `wait` is the time, in seconds, that it may take beyond the connection's timeout.
 
-        Raises `ValueError` for the error of a call that changes nothing, or is one of a loop (targets, fewer than 100 steps):
-        make that call again, or read the stamp. The daemon never tells the secret of a claim twice, and answers with
-        `RequestIdReused` instead.
+        Raises `ValueError` for a call that changes nothing, or that belongs to a loop (targets, fewer than
+        100 steps). Make that call again, or read the stamp. The daemon never returns the secret of a claim
+        twice, and answers with `RequestIdReused` instead.
         """
         sent = error.sent
         if sent is None:
@@ -128,12 +128,12 @@ class Connection(FixedAttributes):
     # Layouts.
 
     async def layout(self, robot: str) -> Layout:
-        """A robot's layout, fetched if it is not known or has changed. Raises `RobotNotFound`."""
+        """Returns a robot's layout, fetched if it is not known or has changed. Raises `RobotNotFound`."""
         known = self._cache.fresh_layout(robot)
         return known if known is not None else await self.fetch_layout(robot)
 
     async def fetch_layout(self, robot: str) -> Layout:
-        """A robot's layout, fetched in any case. Raises `RobotNotFound`."""
+        """Fetches and returns a robot's layout. Raises `RobotNotFound`."""
         answer = await self.call(methods.GetJointLayout, proto.GetJointLayoutRequest(robot=robot))
         fetched = layout_from_proto(answer.layout)
         self._cache.keep_layout(fetched)
@@ -142,7 +142,7 @@ class Connection(FixedAttributes):
     # States and targets.
 
     async def states(self, selection: Selection = None) -> States:
-        """The newest state, at once: of all robots, a robot, several, or joints by robot."""
+        """Returns the newest state immediately: of all robots, a robot, several, or joints by robot."""
         selected = selections_to_proto(selection)
         answer = await self.call(methods.GetJointStates, proto.GetJointStatesRequest(selections=selected))
         return await self.decode_states(answer.states, selected)
@@ -155,10 +155,11 @@ class Connection(FixedAttributes):
         *,
         sensors: SensorSelection = False,
     ) -> States:
-        """The newest state as soon as it is newer than `after`, or the current one after `wait` seconds, at most 60.
+        """Returns the newest state once it is newer than `after`, or the current one after `wait` seconds, at
+        most 60.
 
-        With `sensors` states also have the newest readings: names of sensors by robot, names that each selected robot has, or
-        `True` for all of the selected robots. Each has its own stamp."""
+        `sensors` adds the newest readings to the states. It has names of sensors by robot, names that each
+        selected robot has, or `True` for all. Each reading has a separate stamp."""
         sequence = after if isinstance(after, int) else after.sequence
         selected = selections_to_proto(selection)
         robots = [each.robot for each in selected]
@@ -175,7 +176,7 @@ class Connection(FixedAttributes):
         clamped: tuple[Clamped, ...] = (),
         sensors: Sequence[proto.SensorReadings] = (),
     ) -> States:
-        """States from their message. Fetches the layouts that are not known."""
+        """Converts states from their message. Fetches unknown layouts."""
         readings: dict[str, dict[str, SensorReading[Any]]] = {}
         for of in sensors:
             readings.setdefault(of.robot, {}).update((of.sensor, each) for each in readings_from_proto(of))
@@ -188,7 +189,7 @@ class Connection(FixedAttributes):
                 try:
                     known = await self.fetch_layout(each.robot)
                 except RobotNotFound:
-                    # Deleted since: its arrays are still of use.
+                    # The robot was deleted since; its arrays are still useful.
                     known = Layout(each.robot, 0, (), 0, 0)
             robots[each.robot] = robot_state(each, stamp, known, names, readings.get(each.robot))
         return States(stamp, robots, clamped)
@@ -211,9 +212,9 @@ class Connection(FixedAttributes):
         wait: float = 1.0,
         beyond_limit: BeyondLimit = "clamp",
     ) -> States:
-        """One cycle of a controller on a world that plays: sends targets and returns the first state that was
-        stepped with them, in one round trip. After `wait` seconds it returns the current state (a paused world
-        has no newer one); with 0 it returns at once. `states` is a selection as in `states`."""
+        """Executes one cycle of a controller on a playing world: sends targets and returns the first state
+        stepped with them, in one round trip. After `wait` seconds it returns the current state (a paused
+        world has no newer one); with 0 it returns immediately. `states` is a selection as in `states`."""
         messages, claim = await self._encode_targets(targets)
         selected = selections_to_proto(states)
         newer = proto.ControlWait.CONTROL_WAIT_NEWER_STATE if wait > 0 else proto.ControlWait.CONTROL_WAIT_NONE
@@ -241,7 +242,8 @@ class Connection(FixedAttributes):
         beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
     ) -> Applied:
         """Sets positions and velocities of several robots' joints at once, by robot or its name: see
-        `Robot.reset_joints`. All or none, in one round trip, and one more for each robot whose layout is not known."""
+        `Robot.reset_joints`. All or none are set, in one round trip, and one more for each robot with an
+        unknown layout."""
         moving = {name_of(robot): values for robot, values in (velocities or {}).items()}
         resets: list[proto.RobotReset] = []
         clamped: list[Clamped] = []
@@ -260,8 +262,8 @@ class Connection(FixedAttributes):
         return Applied(stamp_from_proto((await self.call(methods.ResetJoints, request)).stamp), tuple(clamped))
 
     async def link_states(self, *robots: str | Named) -> dict[str, LinkStates]:
-        """Poses and velocities of all links of these robots, or of all, by the names of the robots: all of one moment,
-        in one round trip. They are in the order of `Robot.links`."""
+        """Returns poses and velocities of all links of these robots, or of all, by robot name: all of one
+        moment, in one round trip. They are in the order of `Robot.links`."""
         request = proto.GetLinkStatesRequest(robots=[name_of(robot) for robot in robots])
         answer = await self.call(methods.GetLinkStates, request)
         stamp = stamp_from_proto(answer.stamp)
@@ -286,14 +288,14 @@ class Connection(FixedAttributes):
         take_over: bool = False,
         until_disconnect: bool = False,
     ) -> Claim:
-        """Claims robots, joints or the world for this client, until the claim is released or was not used for `lease`
-        seconds (0.1 to 3,600); with `until_disconnect` also until the connection ends. A robot without names of joints
-        is claimed whole. While another client holds a claim, only the holder of the world can pause, play, reset or
-        restore it, or change its physics.
+        """Claims robots, joints or the world for this client. The claim lasts until it is released or was
+        unused for `lease` seconds (0.1 to 3,600); with `until_disconnect` also until the connection ends. A
+        robot without joint names is claimed whole. While another client holds a claim, only the holder of the
+        world can pause, play, reset or restore it, or change its physics.
 
-        `holder` is the name that others see. Claims with a lower `priority` that are in the way end; with `take_over`,
-        which is for admins, whatever their priority. Raises `JointClaimed`, `RobotClaimed` or `WorldClaimed` if another
-        client holds what is wanted."""
+        `holder` is the name shown to other clients. Conflicting claims with a lower `priority` end; with
+        `take_over`, which is for admins, claims of any priority end. Raises `JointClaimed`, `RobotClaimed` or
+        `WorldClaimed` if another client holds one of them."""
         selected = selections_to_proto(selection)
         request = proto.ClaimJointsRequest(
             selections=selected,
@@ -311,7 +313,7 @@ class Connection(FixedAttributes):
         return Claim(self, held)
 
     async def _encode_targets(self, targets: Targets) -> tuple[list[proto.RobotTargets], str]:
-        """Targets as messages, and the claim that they must carry."""
+        """Converts targets to messages, and returns the claim that they must carry."""
         messages: list[proto.RobotTargets] = []
         joints: list[tuple[str, str]] = []
         for robot, wanted in targets.items():

@@ -1,4 +1,4 @@
-"""What a robot's configuration determines: link states, Jacobians, inertia, inverse kinematics."""
+"""Quantities computed from a robot's configuration: link states, Jacobians, inertia, inverse kinematics."""
 
 from __future__ import annotations
 
@@ -44,14 +44,15 @@ class Kinematics(FixedAttributes):
         return self._name
 
     async def link_states(self) -> LinkStates:
-        """Poses and velocities of all links, in the order of `links`."""
+        """Returns poses and velocities of all links, in the order of `links`."""
         found = await self._connection.link_states(self.name)
         if self.name not in found:
             raise AnswerError(f"the daemon's answer cannot be understood: it lacks robot `{self.name}`")
         return found[self.name]
 
     async def joint_reactions(self) -> JointReactions:
-        """The force and torque in each joint over the last step: of the parent link on the child."""
+        """Returns the force and torque in each joint over the last step, from the parent link on the
+        child."""
         request = proto.GetJointReactionsRequest(robot=self.name)
         answer = await self._connection.call(methods.GetJointReactions, request)
         known = await self._connection.layout(self.name)
@@ -66,7 +67,7 @@ class Kinematics(FixedAttributes):
     async def jacobian(
         self, link: str, point: npt.ArrayLike | None = None, configuration: Configuration | None = None
     ) -> Jacobian:
-        """The Jacobian of a point of a link (in the link's frame, metres; default: its origin)."""
+        """Returns the Jacobian of a point of a link (in the link's frame, metres; default: its origin)."""
         request = proto.GetJacobianRequest(
             robot=self.name,
             link=link,
@@ -77,7 +78,8 @@ class Kinematics(FixedAttributes):
         return Jacobian(rows(answer.linear, answer.columns), rows(answer.angular, answer.columns))
 
     async def mass_matrix(self, configuration: Configuration | None = None) -> FloatArray:
-        """The joint-space inertia matrix, armature included; the six velocities of a free root come first."""
+        """Returns the joint-space inertia matrix, armature included; the six velocities of a free root come
+        first."""
         request = proto.GetMassMatrixRequest(
             robot=self.name, configuration=configuration_to_proto(configuration)
         )
@@ -87,8 +89,8 @@ class Kinematics(FixedAttributes):
     async def inverse_dynamics(
         self, accelerations: npt.ArrayLike | None = None, configuration: Configuration | None = None
     ) -> FloatArray:
-        """The efforts that give these accelerations (default: zero) under gravity, without contacts, limits and
-        friction; the six of a free root come first."""
+        """Returns the efforts that produce these accelerations (default: zero) under gravity, without
+        contacts, limits and friction; the six of a free root come first."""
         request = proto.ComputeInverseDynamicsRequest(
             robot=self.name,
             configuration=configuration_to_proto(configuration),
@@ -109,9 +111,9 @@ class Kinematics(FixedAttributes):
         max_iterations: int = 0,
         tolerance: float = 0.0,
     ) -> InverseKinematics:
-        """Joint positions, within the limits, that bring `point` of a link to `position` (metres, world) and the
-        link to `orientation` (x y z w). Only `joints` move; by default all of them. `max_iterations` is 300 and
-        `tolerance` (metres) 1e-4 unless they are above 0."""
+        """Returns joint positions, within the limits, that bring `point` of a link to `position` (metres,
+        world) and the link to `orientation` (x y z w). Only `joints` move; by default all of them.
+        `max_iterations` is 300 and `tolerance` (metres) 1e-4 unless they are above 0."""
         target = proto.Pose(position=vector_to_proto(position, "a position"))
         if orientation is not None:
             x, y, z, w = vector(orientation, 4, "an orientation (x y z w)").tolist()

@@ -1,4 +1,4 @@
-"""Robot motion that takes time: go somewhere and wait until it is there."""
+"""Robot motion that takes time: moves to a goal and waits until it is reached."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from simd_client.state import RobotState
 from simd_client.world import SimulationState, Stamp, state_from_proto
 
 NEWER = 1.0
-"""Seconds after which a world that shows nothing newer is asked whether it still plays."""
+"""Seconds without a newer state after which the world is asked whether it still plays."""
 
 
 class Motion(Kinematics):
-    """The part of a robot that waits for its motion. Timeouts are simulated seconds: a motion takes as many of them on a
-    slow machine as on a fast one."""
+    """The part of a robot that waits for its motion. Timeouts are simulated seconds: a motion takes the same
+    number on slow and fast machines."""
 
     async def move_to(
         self,
@@ -37,16 +37,17 @@ class Motion(Kinematics):
         max_velocity: float | None = None,
         steps: int = 0,
     ) -> RobotState:
-        """Goes to these positions, as an array in joint order or by joint name, and returns the state in which the joints
-        are there: no further away than `tolerance` (rad or m) and no faster than `velocity_tolerance` (rad/s or
-        m/s). They stay there. A position beyond a limit is the limit. `max_velocity` limits each joint's velocity on
-        the way.
+        """Moves to these positions, as an array in joint order or by joint name, and returns the state in
+        which the joints have arrived. Then they are no further away than `tolerance` (rad or m) and no faster
+        than `velocity_tolerance` (rad/s or m/s). They stay there. A position beyond a limit is clamped to it.
+        `max_velocity` limits each joint's velocity on the way.
 
-        The world has to play; with `steps` it has to be paused, and this does so many steps at a time until the robot is
-        there: the same steps in each run.
+        The world must play. With `steps` it must be paused, and this makes that many steps per round trip
+        until the robot arrives: the same steps in each run.
 
-        Raises `DeadlineExceeded` with the joint that is furthest away if the robot is not there within `timeout` simulated
-        seconds (it goes on trying), `WrongState` if the world does not play, and `Superseded` if it is reset.
+        Raises `DeadlineExceeded`, naming the furthest joint, if the robot has not arrived within `timeout`
+        simulated seconds; the robot continues to move. Raises `WrongState` if the world does not play, and
+        `Superseded` if it is reset.
         """
         layout = await self._connection.layout(self.name)
         goal, targets = moves_to(layout, positions, max_velocity, tolerance, velocity_tolerance)
@@ -57,8 +58,9 @@ class Motion(Kinematics):
     async def wait_until(
         self, condition: Callable[[RobotState], bool], *, timeout: float = 10.0, steps: int = 0
     ) -> RobotState:
-        """The first state for which `condition` is true, beginning with the current one. It is given the newest state, and
-        not each step. `timeout`, `steps` and the errors are those of `move_to`."""
+        """Returns the first state for which `condition` is true, beginning with the current one. The
+        condition gets the newest state, and not each step. `timeout`, `steps` and the errors are the same as
+        for `move_to`."""
         return await self._until(condition, timeout, steps, None)
 
     async def plot(
@@ -73,10 +75,10 @@ class Motion(Kinematics):
         """Plots states over simulated time: a `matplotlib.figure.Figure`, which a notebook shows. Needs
         `pip install 'matplotlib>=3.6'`.
 
-        `states` are what the caller has collected, for instance from `Simulation.step`. Without them this watches the robot
-        for so many simulated `seconds` of a world that plays; raises `WrongState` if it does not.
-        `what` of position, velocity, effort and target is plotted, of all `joints` or of some; `axes` are diagrams of the
-        caller's, one for each.
+        `states` are states that the caller has collected, for instance from `Simulation.step`. Without them
+        this watches the robot for `seconds` simulated seconds of a playing world; raises `WrongState` if it
+        does not play. `what` selects from position, velocity, effort and target; `joints` selects joints, by
+        default all. `axes` are the caller's diagrams, one for each quantity.
         """
         if states is None:
             states = await self._watched(seconds)
@@ -84,7 +86,7 @@ class Motion(Kinematics):
         return await in_thread(lambda: plotted(shown, what, joints, axes))
 
     async def _watched(self, seconds: float) -> list[RobotState]:
-        """The states of so many simulated seconds, as they come."""
+        """Yields the states of `seconds` simulated seconds as they arrive."""
         found: list[RobotState] = []
 
         def keep(state: RobotState) -> bool:
@@ -117,18 +119,18 @@ class Motion(Kinematics):
         return state
 
     async def _later(self, now: Stamp, steps: int) -> RobotState:
-        """A newer state: the next one of a world that plays, or that after so many steps."""
+        """Returns a newer state: the next one of a playing world, or the state after `steps` steps."""
         if steps == 0:
             return self._only((await self._connection.next_states(now, NEWER, self.name)).robots)
         request = proto.StepSimulationRequest(
             steps=steps, return_states=True, selections=selections_to_proto(self.name)
         )
-        # As long as `Simulation.step` gives each step.
+        # The timeout per step is the same as in `Simulation.step`.
         answer = await self._connection.call(methods.StepSimulation, request, wait=steps * 0.01)
         return self._only((await self._connection.decode_states(answer.states)).robots)
 
     async def _check_playing(self) -> None:
-        """Nothing moves in a world that is paused: raises `WrongState`."""
+        """Nothing moves in a paused world: raises `WrongState`."""
         answer = await self._connection.call(methods.GetSimulationState, proto.GetSimulationStateRequest())
         state = state_from_proto(answer.state)
         if state is not SimulationState.PLAYING:

@@ -1,4 +1,4 @@
-"""What is near what in a world: contacts, rays, distances, overlaps."""
+"""Geometric queries in a world: contacts, rays, distances, overlaps."""
 
 from __future__ import annotations
 
@@ -23,18 +23,19 @@ from simd_client.state import Named, name_of
 
 
 class Queries(Primitives):
-    """The part of a connection that asks what is near what."""
+    """The part of a connection that answers geometric queries."""
 
     async def contacts(self, robot: str | Named | None = None) -> tuple[Contact, ...]:
-        """The contact points of the newest state: of all robots, or those of one robot."""
+        """Returns the contact points of the newest state: of all robots, or of one robot."""
         request = proto.GetContactsRequest(robot="" if robot is None else name_of(robot))
         return contacts_from_proto((await self.call(methods.GetContacts, request)).contacts)
 
     async def cast_rays(
         self, starts: npt.ArrayLike, ends: npt.ArrayLike, *, collision_mask: int | None = None
     ) -> RayHits:
-        """The first hit of each ray in the newest state: one row per ray, metres, world axes; all rays may share
-        one start. Only links in one of the groups of `collision_mask` are hit. Up to 20,000 rays are one round trip."""
+        """Returns the first hit of each ray in the newest state: one row per ray, metres, world axes; all
+        rays may share one start. Only links in one of the groups of `collision_mask` are hit. Up to 20,000
+        rays are one round trip."""
         begin, end = ray_ends(starts, ends)
         hits: list[proto.RayHit] = []
         for request in ray_requests(begin, end, collision_mask):
@@ -50,9 +51,10 @@ class Queries(Primitives):
         nearest_only: bool = False,
         filtered: bool = False,
     ) -> tuple[ClosestPoints, ...]:
-        """Where links of two robots are nearest to each other, and how far apart: one for each pair of links. `b` is
-        every other robot if it is left out, and may be the same as `a`. A `QueryRobot` names one link, or a configuration
-        that the robot is not in; a `Shape` or `PlacedShape` is of no robot. `filtered` leaves out links that may not touch each other."""
+        """Returns the nearest points of links of two robots and their distance, one for each pair of links.
+        `b` may be the same as `a`, and defaults to every other robot. A `QueryRobot` names one link, or a
+        hypothetical configuration of the robot; a `Shape` or `PlacedShape` belongs to no robot. `filtered`
+        leaves out links that may not touch each other."""
         request = proto.GetClosestPointsRequest(
             a=side_to_proto(a),
             b=None if b is None else side_to_proto(b),
@@ -65,8 +67,8 @@ class Queries(Primitives):
     async def overlaps(
         self, shape: Shape, pose: Pose | None = None, *, bounds_only: bool = False
     ) -> tuple[tuple[str, str], ...]:
-        """Robot and link of all that overlap a shape; with `bounds_only` those whose boxes along the world's axes meet
-        that of the shape."""
+        """Returns robot and link of all that overlap a shape. With `bounds_only` it compares only their boxes
+        along the world's axes."""
         request = proto.FindOverlapsRequest(
             shape=shape.message, pose=None if pose is None else pose_to_proto(pose), bounds_only=bounds_only
         )
@@ -74,7 +76,7 @@ class Queries(Primitives):
         return tuple((each.robot, each.link) for each in links)
 
     async def cast_shape(self, shape: Shape, translation: npt.ArrayLike, pose: Pose | None = None) -> RayHits:
-        """What a shape meets first that goes by `translation` from a pose, without turning: one hit."""
+        """Returns the first hit of a shape that moves by `translation` from a pose, without turning."""
         way = vector_to_proto(translation, "a translation")
         request = proto.CastShapeRequest(
             shape=shape.message, pose=None if pose is None else pose_to_proto(pose), translation=way
@@ -85,7 +87,7 @@ class Queries(Primitives):
         return hits_from_proto([hit], end[None, :])
 
     async def link_bounds(self, *robots: str | Named) -> tuple[LinkBounds, ...]:
-        """The boxes around the shapes of links, along the world's axes: of these robots, or of all. Links that touch
-        nothing have none, nor have planes."""
+        """Returns the boxes around the shapes of links, along the world's axes: of these robots, or of all.
+        Links without collision shapes and planes have none."""
         request = proto.GetLinkBoundsRequest(robots=[name_of(robot) for robot in robots])
         return bounds_from_proto((await self.call(methods.GetLinkBounds, request)).links)

@@ -57,17 +57,17 @@ class Robot(RobotPose):
 
     @property
     def report(self) -> LoadReport:
-        """How its description was read, if this object loaded it."""
+        """Report on how its description was read, if this object loaded it."""
         return self._report
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Names of its links in depth-first order, as they were when this object was made."""
+        """Names of its links in depth-first order, fetched when this object was made."""
         return tuple(link.name for link in self._info.links)
 
     @property
     def layout(self) -> Layout:
-        """Its joints, and where each has its values in the arrays; see `refresh`."""
+        """Its joints, and their indices in the arrays; see `refresh`."""
         # The layout that was fetched last: a property cannot ask the daemon without being awaited.  # asyncio only
         known = self._connection.cache.layout(self.name)  # asyncio only
         if known is None:  # asyncio only
@@ -76,7 +76,7 @@ class Robot(RobotPose):
         # blocking: return self._connection.layout(self.name)
 
     async def refresh(self) -> Layout:
-        """Fetches the layout again, with what other clients changed: limits, gains, claims."""
+        """Fetches the layout again, including changes by other clients: limits, gains, claims."""
         return await self._connection.fetch_layout(self.name)
 
     @property
@@ -90,35 +90,35 @@ class Robot(RobotPose):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints that move, in order."""
+        """Names of the movable joints, in order."""
         return tuple(joint.name for joint in self.layout.moving)
 
     # State.
 
     async def read(self) -> RobotState:
-        """Positions, velocities, efforts, targets and modes of one moment."""
+        """Returns positions, velocities, efforts, targets and modes of one moment."""
         states = await self._connection.states(self.name)
         if self.name not in states:
             raise AnswerError(f"the daemon's answer cannot be understood: it lacks robot `{self.name}`")
         return states[self.name]
 
     async def states(self, names: Iterable[str]) -> RobotState:
-        """The same for some of its joints."""
+        """Like `read`, for some of its joints."""
         return (await self._connection.states({self.name: tuple(names)}))[self.name]
 
     @property
     async def position(self) -> FloatArray:
-        """rad or m, of the newest state."""
+        """Positions in rad or m, of the newest state."""
         return (await self.read()).position
 
     @property
     async def velocity(self) -> FloatArray:
-        """rad/s or m/s, of the newest state."""
+        """Velocities in rad/s or m/s, of the newest state."""
         return (await self.read()).velocity
 
     @property
     async def effort(self) -> FloatArray:
-        """What the actuators applied over the last step, N m or N."""
+        """Efforts that the actuators applied over the last step, N m or N."""
         return (await self.read()).effort
 
     @property
@@ -127,10 +127,11 @@ class Robot(RobotPose):
         return (await self.read()).target
 
     def watch(self, rate: float | None = None, *, sensors: bool | Collection[str] = False) -> Watch[RobotState]:
-        """States as they are published, at most `rate` per wall second; the newest wins.
+        """Iterates over states as they are published, at most `rate` per wall second; the newest wins.
 
-        By default the daemon publishes 100 per second; `Simulation.watch` can have each step. With names of `sensors`, or
-        `True` for all, states have their newest readings too, in `sensors`; each state then takes a round trip.
+        By default the daemon publishes 100 per second; `Simulation.watch` can have each step. With names of
+        `sensors`, or `True` for all, states also have their newest readings in `sensors`; each state then
+        takes a round trip.
         """
         return _StateWatch(self, rate, sensors)
 
@@ -140,12 +141,12 @@ class Robot(RobotPose):
 
     @property
     def sensors(self) -> Sensors:
-        """What it feels and sees."""
+        """Sensors of the robot."""
         return Sensors(self._connection, self.name)
 
     @property
     def cameras(self) -> Cameras:
-        """What it sees."""
+        """Cameras of the robot."""
         return Cameras(self._connection, self.name)
 
     # Targets.
@@ -158,28 +159,30 @@ class Robot(RobotPose):
     async def set_positions(
         self, positions: npt.ArrayLike | Mapping[str, Quantity], *, beyond_limit: BeyondLimit = "clamp"
     ) -> Applied:
-        """Go to these positions and stay there: rad or m, as an array in joint order or by joint name, where they may
-        have units (`{"elbow": "90deg"}`)."""
+        """Moves to these positions and stays there: rad or m, as an array in joint order or by joint name.
+        Named positions may have units (`{"elbow": "90deg"}`)."""
         return await self._set_all(JointMode.POSITION, positions, beyond_limit)
 
     async def set_velocities(
         self, velocities: npt.ArrayLike | Mapping[str, Quantity], *, beyond_limit: BeyondLimit = "clamp"
     ) -> Applied:
-        """Move at these velocities: rad/s or m/s, as an array in joint order or by joint name (`{"elbow": "30rpm"}`)."""
+        """Moves at these velocities: rad/s or m/s, as an array in joint order or by joint name (`{"elbow":
+        "30rpm"}`)."""
         return await self._set_all(JointMode.VELOCITY, velocities, beyond_limit)
 
     async def set_efforts(
         self, efforts: npt.ArrayLike | Mapping[str, Quantity], *, beyond_limit: BeyondLimit = "clamp"
     ) -> Applied:
-        """Apply these efforts until the next target: N m or N, as an array in joint order or by joint name."""
+        """Applies these efforts until the next target: N m or N, as an array in joint order or by joint
+        name."""
         return await self._set_all(JointMode.EFFORT, efforts, beyond_limit)
 
     async def hold(self) -> Applied:
-        """All joints stay where they are."""
+        """Holds all joints where they are."""
         return await self.set_targets(Whole.hold())
 
     async def set_passive(self) -> Applied:
-        """No actuators: only the joints' own damping and friction."""
+        """Switches all actuators off: only the joints' damping and friction remain."""
         return await self.set_targets(Whole.passive())
 
     async def stream_targets(self, targets: RobotTargets) -> None:
@@ -201,16 +204,17 @@ class Robot(RobotPose):
         goal_tolerance: Tolerance = None,
         goal_time_tolerance: float | None = None,
     ) -> Trajectory:
-        """Has joints carry out a trajectory, at the daemon's own steps.
+        """Executes a trajectory on the robot's joints, at the daemon's steps.
 
-        `times` are simulated seconds from its beginning; the other arrays have a row for each time and a column for each
-        of `joints`, which are all that take targets and have one axis unless they are named. Between two rows positions
-        are linear in time, cubic where there are velocities, quintic where there are accelerations too. The way to the first row begins
-        where the joints' targets have got to. Efforts are added to what the actuators apply.
+        `times` are simulated seconds from its beginning. The other arrays have a row for each time and a
+        column for each of `joints`. The default is all joints of one axis that take targets. Between two rows
+        positions are linear in time, cubic with velocities, quintic with accelerations too. The way to the
+        first row begins at the joints' current targets. Efforts are added to the actuators' efforts.
 
-        It begins with the next step, after a delay, or queued: when those of its joints that were there before it have succeeded. A
-        joint that is farther from the path than `path_tolerance` ends it; it has succeeded once all joints are within
-        `goal_tolerance` of the last row, within `goal_time_tolerance` seconds after its end if that is given.
+        It begins with the next step, after a delay, or queued: when earlier trajectories of its joints have
+        succeeded. A joint that is farther from the path than `path_tolerance` ends it. It has succeeded once
+        all joints are within `goal_tolerance` of the last row; `goal_time_tolerance` limits the seconds after
+        its end for that, if given.
         """
         moving = (each for each in self.layout.joints if each.is_actuated and each.dof == 1)
         names = [each.name for each in moving] if joints is None else list(joints)
@@ -224,20 +228,21 @@ class Robot(RobotPose):
             goal_tolerances=tolerances_to_proto(names, goal_tolerance),
             goal_time_tolerance=goal_time_tolerance,
         )
-        # From before it begins, so that its end is among them.
+        # The subscription begins before the trajectory, so that the end is among the events.
         events = EventWatch(self._connection, (await next_events(self._connection, 0, 0.0))[1])
         answer = await self._connection.call(methods.FollowTrajectory, request)
         return Trajectory(self._connection, self.name, answer.id, events)
 
     async def trajectories(self) -> list[TrajectoryProgress]:
-        """Trajectories that its joints carry out or that wait, in the order in which they were given."""
+        """Returns trajectories that its joints execute or that wait, in the order in which they were
+        given."""
         answer = await self._connection.call(
             methods.ListTrajectories, proto.ListTrajectoriesRequest(robot=self.name)
         )
         return [progress_from_proto(each) for each in answer.trajectories]
 
     async def cancel_trajectories(self) -> Stamp:
-        """Ends all trajectories of its joints, which hold where they are."""
+        """Ends all trajectories of its joints; the joints hold where they are."""
         request = proto.CancelTrajectoryRequest(robot=self.name)
         return stamp_from_proto((await self._connection.call(methods.CancelTrajectory, request)).stamp)
 
@@ -252,9 +257,10 @@ class Robot(RobotPose):
         *,
         beyond_limit: BeyondLimit | Literal["keep"] = "clamp",
     ) -> Applied:
-        """Sets positions and velocities of joints at once, by name or as arrays; without arguments, those that the
-        robot was spawned with. Targets stay, but a joint that holds its position holds the new one. A position beyond a limit
-        is clamped and said, as of a target, or refused; with `"keep"` the joint starts beyond its limit."""
+        """Sets positions and velocities of joints at once, by name or as arrays. Without arguments, it
+        restores the values from the spawn. Targets stay, but a joint that holds its position holds the new
+        one. A position beyond a limit is clamped and reported, as for a target, or refused; with `"keep"` the
+        joint starts beyond its limit."""
         moving = None if velocities is None else {self.name: velocities}
         return await self._connection.reset_joints({self.name: positions}, moving, beyond_limit=beyond_limit)
 
@@ -269,7 +275,8 @@ class Robot(RobotPose):
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
     ) -> Stamp:
-        """Changes what is given, of these joints, or of all that take targets: see `Joint.set_properties`. All or none."""
+        """Changes the given properties of these joints, or of all that take targets: see
+        `Joint.set_properties`. All or none change."""
         joints = [
             joint_properties(name, damping, friction, armature, spring, limits, default_gains, gravity_compensation)
             for name in names or tuple(each.name for each in self.layout.joints if each.is_actuated)
@@ -289,14 +296,14 @@ class Robot(RobotPose):
     # Description.
 
     async def info(self) -> RobotInfo:
-        """Mass, links and base, as they are now."""
+        """Current mass, links and base."""
         request = proto.GetEntityInfoRequest(robot=self.name)
         answer = await self._connection.call(methods.GetEntityInfo, request)
         self._info = robot_info_from_proto(answer.entity)
         return self._info
 
     async def scene(self) -> proto.RobotScene:
-        """Its visuals and colliders."""
+        """Visuals and colliders of the robot."""
         request = proto.GetSceneRequest(robots=[self.name])
         answer = await self._connection.call(methods.GetScene, request)
         return answer.robots[0] if answer.robots else proto.RobotScene(robot=self.name)
@@ -318,7 +325,7 @@ class Robot(RobotPose):
         return await self._reload(source, strict)
 
     async def delete(self) -> Stamp:
-        """Removes it from the world."""
+        """Removes the robot from the world."""
         answer = await self._connection.call(
             methods.DeleteEntity, proto.DeleteEntityRequest(robot=self.name)
         )
@@ -381,7 +388,7 @@ class _StateWatch(Watch[RobotState]):
 
     async def _read(self, payload: bytes) -> RobotState | None:
         if self._sensors:
-            # A publication has no readings: it says that there is something to ask for.
+            # Publications have no readings: each only signals that newer ones can be requested.
             return await self._ask()
         states = await self._connection.decode_states(decoded(proto.JointStates, payload))
         return states.robots.get(self._robot.name)

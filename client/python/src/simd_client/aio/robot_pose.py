@@ -1,4 +1,4 @@
-"""Where a robot is, how it moves there, and wrenches applied to its links."""
+"""Pose and velocity of a robot, and wrenches applied to its links."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simd_client.world import Stamp, stamp_from_proto
 
 
 class RobotPose(RobotContacts):
-    """The part of a robot that is its pose and the wrenches applied to it."""
+    """The part of a robot that covers its pose and the wrenches applied to it."""
 
     @property
     async def pose(self) -> Pose:
@@ -51,9 +51,9 @@ class RobotPose(RobotContacts):
         point: npt.ArrayLike | None = None,
         persistent: bool = False,
     ) -> Stamp:
-        """Applies a force (N) at `point` (in the link's frame, metres) and a torque (N m) to a link for the next
-        step, or, if it is `persistent`, until it is replaced or cleared. `frame` says whose axes the force and
-        torque are in: `world` or `link`."""
+        """Applies a force (N) at `point` (in the link's frame, metres) and a torque (N m) to a link for the
+        next step. A `persistent` wrench lasts until it is replaced or cleared. `frame` selects the axes of
+        force and torque: `world` or `link`."""
         frames = {"world": proto.WrenchFrame.WRENCH_FRAME_WORLD, "link": proto.WrenchFrame.WRENCH_FRAME_LINK}
         if frame not in frames:
             raise ValueError(f"frame is 'world' or 'link', not {frame!r}")
@@ -79,12 +79,12 @@ class RobotPose(RobotContacts):
         max_force: float | None = None,
         duration: float | None = None,
     ) -> Stamp:
-        """Pulls `point` of a link (in the link's frame, metres; its origin by default) to `target` (world, metres) by a
-        spring with a critical damper, instead of the pull before on that link; None lets go. Each step
-        computes the force for where the link is by then.
+        """Pulls `point` of a link (in the link's frame, metres; its origin by default) to `target` (world,
+        metres) by a spring with a critical damper. It replaces an earlier pull on that link; `None` releases
+        the link. Each step computes the force from the link's pose at that step.
 
-        `stiffness` (N/m) and `max_force` (N) are by default 60 for each kilogram of the link and of what it carries.
-        The pull ends `duration` simulated seconds after the call, 0.5 by default: call again to go on.
+        `stiffness` (N/m) and `max_force` (N) default to 60 for each kilogram of the link and its payload. The
+        pull ends `duration` simulated seconds after the call, 0.5 by default; call again to continue.
         """
         request = proto.PullLinkRequest(
             robot=self.name,

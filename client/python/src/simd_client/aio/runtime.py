@@ -1,4 +1,4 @@
-"""How the client waits with asyncio. `simd_client.blocking.runtime` has the same names and blocks."""
+"""Waits with asyncio. `simd_client.blocking.runtime` has the same names and blocks."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ async def query(link: Link, method: AnyMethod, payload: bytes, timeout: float) -
 async def queries(
     link: Link, requests: Sequence[tuple[AnyMethod, bytes]], timeout: float
 ) -> list[bytes | BaseException]:
-    """Sends several requests at once and waits for all replies: the bytes of each, or why there are none."""
+    """Sends several requests at once and waits for all replies: the bytes of each, or its error."""
     waiting = (query(link, method, payload, timeout) for method, payload in requests)
     return await asyncio.gather(*waiting, return_exceptions=True)
 
@@ -49,8 +49,8 @@ async def queries(
 async def replies(
     link: Link, method: AnyMethod, payload: bytes, seconds: float, silent: float | None = None
 ) -> AsyncIterator[bytes]:
-    """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
-    newest are kept. Raises `DeadlineExceeded` if there is no reply for `silent` seconds."""
+    """Sends the request of a stream and waits for each of its replies. If more than 256 wait for the reader,
+    the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds."""
     loop = asyncio.get_running_loop()
     waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
     has_some = asyncio.Event()
@@ -77,24 +77,24 @@ async def replies(
 
 
 async def together(works: Sequence[Callable[[], Awaitable[None]]]) -> None:
-    """Does several works at the same time. Once all have ended it raises the first exception that one raised."""
+    """Does several works concurrently. Once all have ended it raises the first exception."""
     for ended in await asyncio.gather(*(work() for work in works), return_exceptions=True):
         if ended is not None:
             raise ended
 
 
 async def in_thread(do: Callable[[], Result]) -> Result:
-    """Does slow work on this machine's disk without blocking the event loop."""
+    """Does slow disk work of this machine without blocking the event loop."""
     return await asyncio.to_thread(do)
 
 
 async def sleep(seconds: float) -> None:
-    """Waits for so many seconds."""
+    """Waits for `seconds` seconds."""
     await asyncio.sleep(seconds)
 
 
 class LatestSample:
-    """Room for one publication: a newer one replaces one that was not taken."""
+    """Slot for one publication: a newer one replaces one that was not taken."""
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -103,7 +103,8 @@ class LatestSample:
         self._arrived = asyncio.Event()
 
     def put(self, key: str, payload: bytes) -> None:
-        """Called on a thread of the link's. Wakes the loop once, however many arrive before it looks."""
+        """Stores a publication; called on a thread of the link. Wakes the loop once, however many arrive
+        before it looks."""
         with self._lock:
             was_empty = self._payload is None
             self._payload = payload
@@ -111,7 +112,7 @@ class LatestSample:
             _soon(self._loop, self._arrived.set)
 
     def take(self) -> bytes | None:
-        """The publication's bytes, if one has arrived."""
+        """Returns the publication's bytes, if one has arrived."""
         self._arrived.clear()
         with self._lock:
             payload, self._payload = self._payload, None
@@ -126,7 +127,7 @@ class LatestSample:
         return True
 
     def close(self) -> None:
-        """Nothing more arrives."""
+        """Ends the slot: nothing more arrives."""
         self._arrived.set()
 
 
@@ -137,7 +138,7 @@ class Background:
     """Work beside the caller's: a task of the loop."""
 
     def __init__(self, link: Link, work: Callable[[], Awaitable[None]], end: Callable[[], None]) -> None:
-        """The task is cancelled: `end` is for threads."""
+        """Does nothing: the task is cancelled, and `end` is for threads."""
         self.is_stopped = False
         self._work = work
         self._loop = asyncio.get_running_loop()
@@ -154,19 +155,19 @@ class Background:
         return self.is_stopped or self._task.done()
 
     async def call(self, function: Callable[[Item], object], item: Item) -> None:
-        """Calls a function of the caller's as a part of this work."""
+        """Calls a function of the caller as a part of this work."""
         result = function(item)
         if isawaitable(result):
             await result
 
     def stop(self) -> None:
-        """Ends it. May be called by the work itself."""
+        """Ends the work. The work may call this on itself."""
         self.is_stopped = True
         if asyncio.current_task() is not self._task:
             self._task.cancel()
 
     async def wait(self, timeout: float | None) -> bool:
-        """Waits until it has ended. Returns whether it has within so many seconds."""
+        """Waits until it has ended. Returns whether it ended within `timeout` seconds."""
         done, _ = await asyncio.wait([self._task], timeout=timeout)
         return bool(done)
 
@@ -179,7 +180,7 @@ class Background:
 
 
 def _soon(loop: asyncio.AbstractEventLoop, do: Callable[[], None]) -> None:
-    """Does something on the loop, from a thread of the link's; nothing if the loop is closed."""
+    """Calls a function on the loop, from a thread of the link; does nothing if the loop is closed."""
     try:
         loop.call_soon_threadsafe(do)
     except RuntimeError:

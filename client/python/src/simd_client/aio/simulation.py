@@ -55,10 +55,10 @@ from simd_client.world import (
 )
 
 STEP_SECONDS = 0.01
-"""How much longer a call may take for each step that it asks for, by default."""
+"""Default time, in seconds, that a call may take longer for each requested step."""
 
 LOCKSTEP_SECONDS = 60.0
-"""How much longer than a member may take from step to step a call waits for the others."""
+"""Time, in seconds, that a call waits for the other members beyond a member's time between steps."""
 
 
 class Simulation(SavedStates):
@@ -70,11 +70,11 @@ class Simulation(SavedStates):
     _others = 0.0
 
     def with_timeout(self, timeout: float) -> Simulation:
-        """The same connection with another timeout, in seconds."""
+        """Returns the same connection with another timeout, in seconds."""
         return Simulation(self._link, timeout, self._cache)
 
     async def close(self) -> None:
-        """Closes the connection. Robots and targets stay; claims that were not released lapse."""
+        """Closes the connection. Robots and targets stay; unreleased claims lapse."""
         await in_thread(self._link.close)
 
     async def __aenter__(self) -> Simulation:
@@ -103,14 +103,14 @@ class Simulation(SavedStates):
         return found
 
     async def robot(self, name: str) -> Robot:
-        """A robot that is in the world. Raises `RobotNotFound`."""
+        """Returns a robot in the world. Raises `RobotNotFound`."""
         answer = await self.call(methods.GetEntityInfo, proto.GetEntityInfoRequest(robot=name))
         info = robot_info_from_proto(answer.entity)
         await self.fetch_layout(info.name)
         return Robot(self, info)
 
     async def asset(self, sha256: str) -> bytes:
-        """The content of a file that a robot's scene refers to."""
+        """Returns the content of a file that a robot's scene refers to."""
         return await fetch_file(self, sha256)
 
     # Time.
@@ -127,15 +127,16 @@ class Simulation(SavedStates):
         beyond_limit: BeyondLimit = "clamp",
         timeout: float | None = None,
     ) -> States:
-        """Does so many steps of a world that is not playing, as fast as possible, in one round trip; after
-        `join_lockstep`, once the other members have asked too.
+        """Makes `steps` steps of a paused or stopped world, as fast as possible, in one round trip. After
+        `join_lockstep` the call also waits for the other members' requests.
 
         `targets`, by robot, apply from the first of the steps on: see `Robot.set_targets` for their form.
-        With `states` the answer has the states after the last step, of all robots or of a selection (a robot,
-        several, or joints by robot); with `link_states` it also has those of their links, in `links`, and with
-        `contacts` the contact points in which they take part; with `sensors` (names by robot, names that each selected robot has,
-        or `True`) their states have the newest readings, for whose ranges the answer waits. The default `timeout` is the connection's and 0.01 s per step. Raises `WrongState` while the world plays, and
-        `Superseded` if a play, pause or reset interrupts the steps.
+        `states` adds the states after the last step, of all robots or of a selection (a robot, several, or
+        joints by robot). `link_states` adds the states of their links in `links`, and `contacts` adds their
+        contact points. `sensors` (names by robot, names that each selected robot has, or `True`) adds the
+        newest readings; the answer waits for their ranges. The default `timeout` is the connection's and 0.01
+        s per step. Raises `WrongState` while the world plays, and `Superseded` if a play, pause or reset
+        interrupts the steps.
         """
         messages, claim = await self._encode_targets(targets or {})
         wanted = bool(link_states or contacts or sensors) or (states is not False and states is not None)
@@ -166,12 +167,12 @@ class Simulation(SavedStates):
         return replace(found, links=links, contacts=touching) if links or touching else found
 
     async def join_lockstep(self, timeout: float = 10.0) -> Lockstep:
-        """Makes this client one of those that step the world together: from then on only they step it, `step` waits for
-        the others, and the world does not play. A member that takes longer than `timeout` seconds (0.01 to 3,600) from one step to
-        asking for the next is one no more."""
+        """Adds this client to those that step the world together. From then on only they step it, `step`
+        waits for the others, and the world does not play. A member loses its membership if it takes longer
+        than `timeout` seconds (0.01 to 3,600) from one step to the next request."""
         answer = await self.call(methods.JoinLockstep, proto.JoinLockstepRequest(timeout=timeout))
         self._cache.lockstep_member = answer.member
-        # Each of them, also one that is still to come, may take its time before each step.
+        # Each member, including one that joins later, may use its full time before each step.
         self._others = LOCKSTEP_SECONDS + max(member.timeout for member in answer.members)
         return Lockstep(self, answer.member, timeout)
 
@@ -188,8 +189,8 @@ class Simulation(SavedStates):
         return await self._set_state(SimulationState.STOPPED)
 
     async def reset(self, *, time: bool = False, state: bool = False, spawned: bool = False) -> Stamp:
-        """Resets the world: `time` to zero, the `state` of robots to that with which they were spawned; `spawned`
-        removes the robots that clients spawned. Without arguments it resets time and state."""
+        """Resets the world: `time` to zero, `state` to the robots' initial state; `spawned` removes robots
+        that clients spawned. Without arguments it resets time and state."""
         request = proto.ResetSimulationRequest(time=time, state=state, spawned=spawned)
         return stamp_from_proto((await self.call(methods.ResetSimulation, request)).stamp)
 
@@ -200,12 +201,12 @@ class Simulation(SavedStates):
 
     @property
     async def stamp(self) -> Stamp:
-        """The moment of the newest state."""
+        """Stamp of the newest state."""
         return stamp_from_proto((await self._get_state()).stamp)
 
     @property
     async def physics(self) -> Physics:
-        """Gravity, time step, substeps, pace, integrator, how surfaces combine."""
+        """Gravity, time step, substeps, pace, integrator, surface combination."""
         return physics_from_proto((await self.call(methods.GetPhysics, proto.GetPhysicsRequest())).physics)
 
     async def set_physics(
@@ -220,7 +221,8 @@ class Simulation(SavedStates):
         surface_combination: SurfaceCombination | str | None = None,
         sleeping: bool | None = None,
     ) -> Physics:
-        """Changes only what is given (m/s^2, s). Raises `InvalidValue` and changes nothing if a value is refused."""
+        """Changes only the given settings (m/s^2, s). Raises `InvalidValue` and changes nothing if a value is
+        refused."""
         request = proto.SetPhysicsRequest(
             gravity=None if gravity is None else vector_to_proto(gravity, "gravity"),
             time_step=time_step,
@@ -241,8 +243,9 @@ class Simulation(SavedStates):
     def watch(
         self, rate: float | None = None, selection: Selection = None, *, sensors: SensorSelection = False
     ) -> WorldWatch:
-        """States of all robots, all of one moment; the newest wins. Each step if the reader keeps up, at
-        most `rate` per wall second. The first is the current one. One round trip each. `sensors` as of `next_states`."""
+        """Iterates over states of all robots, all of one moment; the newest wins. It yields each step if the
+        reader keeps up, at most `rate` per wall second. The first is the current one. Each costs one round
+        trip. `sensors` has the form of `next_states`."""
         return WorldWatch(self, rate, selection, sensors)
 
     def on_states(
@@ -254,30 +257,30 @@ class Simulation(SavedStates):
     async def on_event(
         self, function: Callable[[Event], object], *kinds: str, after: int | None = None
     ) -> Callbacks[Event]:
-        """Calls a function with each event from now on, or after a sequence, or with those of some kinds:
-        `entity_spawned`, `simulation_reset` and so on, as in `Event.kind`."""
+        """Calls a function with each event from now on, or after a sequence. `kinds` selects events such as
+        `entity_spawned` or `simulation_reset`: see `Event.kind`."""
         return Callbacks(self._link, SomeEvents(await self.events(after), kinds), function)
 
     async def events(self, after: int | None = None) -> EventWatch:
-        """Events from now on, or after a sequence: 0 gives all that the daemon still keeps."""
+        """Iterates over events from now on, or after a sequence: 0 gives all that the daemon still keeps."""
         begin = (await next_events(self, 0, 0.0))[1] if after is None else after
         return EventWatch(self, begin)
 
     @property
     async def statistics(self) -> WorldStatistics:
-        """How well the world keeps time. It never waits for a step, so that it also serves as a ping."""
+        """Real-time statistics of the world. The call never waits for a step, and also serves as a ping."""
         answer = await self.call(methods.GetWorldStatistics, proto.GetWorldStatisticsRequest())
         return statistics_from_proto(answer.statistics)
 
     def watch_statistics(self, rate: float | None = None) -> Watch[WorldStatistics]:
-        """Statistics as they are published, ten times a second; the newest wins."""
+        """Iterates over statistics as they are published, ten times a second; the newest wins."""
         return _StatisticsWatch(self, rate)
 
-    # Everything else.
+    # Other parts of the world.
 
     @property
     def constraints(self) -> Constraints:
-        """What holds links together beside the joints of their robots."""
+        """Constraints that hold links together, in addition to the joints of robots."""
         return Constraints(self)
 
     async def attach(
@@ -292,9 +295,10 @@ class Simulation(SavedStates):
         max_torque: float | None = None,
         breaks: bool = False,
     ) -> str:
-        """Holds a link of a robot where it is now to a link of another one, or to the world; without names those are root links. With a limit
-        it gives way, or `breaks`. Returns the name of this weld, which `constraints.delete` lets go. Raises `RobotNotFound`,
-        `LinkNotFound`, `InvalidValue`, `ConstraintExists`."""
+        """Holds a link of a robot at its current pose relative to a link of another robot, or to the world.
+        Links default to root links. With a limit it yields, or `breaks`. Returns the weld's name;
+        `constraints.delete` releases it. Raises `RobotNotFound`, `LinkNotFound`, `InvalidValue`,
+        `ConstraintExists`."""
         parent = ConstraintEnd("" if to is None else name_of(to), to_link)
         child = ConstraintEnd(name_of(robot), link)
         return await self.constraints.create(
@@ -303,12 +307,12 @@ class Simulation(SavedStates):
 
     @property
     def sensors(self) -> WorldSensors:
-        """What all robots feel and see; `Robot.sensors` are those of one."""
+        """Sensors of all robots; `Robot.sensors` has one robot's."""
         return WorldSensors(self)
 
     @property
     def cameras(self) -> WorldCameras:
-        """What all robots see, and pictures from any point of view."""
+        """Cameras of all robots, and pictures from any viewpoint."""
         return WorldCameras(self)
 
     async def take_picture(
@@ -324,8 +328,9 @@ class Simulation(SavedStates):
         depth: bool = False,
         segmentation: bool = False,
     ) -> CameraPicture:
-        """A picture of the present state from `eye` towards `target`, metres and world axes, with z up; the field of view is the vertical
-        one, rad. `cameras.take` has more to choose. Raises `NoRenderer`, `PictureTimeout`, `PictureFailed`, `InvalidValue`."""
+        """Returns a picture of the present state from `eye` towards `target`, metres and world axes, with z
+        up. The field of view is vertical, in rad. `cameras.take` has more options. Raises `NoRenderer`,
+        `PictureTimeout`, `PictureFailed`, `InvalidValue`."""
         view = view_matrix(eye, target)
         projection = projection_matrix(field_of_view, width / height, near, far)
         return await self.cameras.take(view, projection, width, height, depth=depth, segmentation=segmentation)
@@ -337,11 +342,11 @@ class Simulation(SavedStates):
 
     @property
     def view(self) -> View:
-        """What pages show beside the world, their cameras, and keys and mouse in them."""
+        """Drawings in pages, their cameras, and their keys and mouse."""
         return View(self)
 
     async def info(self) -> SimulatorInfo:
-        """The daemon's versions, limits and features."""
+        """Versions, limits and features of the daemon."""
         return info_from_proto(await self.call(methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest()))
 
     async def _get_state(self) -> proto.GetSimulationStateResponse:

@@ -1,4 +1,4 @@
-"""A trajectory that joints carry out."""
+"""A trajectory that joints execute."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from simd_client.world import Stamp, stamp_from_proto
 
 
 class Trajectory(FixedAttributes):
-    """A trajectory that was accepted: it is carried out by the daemon, whatever becomes of this object."""
+    """An accepted trajectory. The daemon executes it, even if this object is dropped."""
 
     robot: str
-    """The name of its robot."""
+    """Name of its robot."""
     id: int
-    """The daemon's number for it."""
+    """Number that the daemon gave it."""
 
     def __init__(self, connection: Connection, robot: str, id: int, events: EventWatch) -> None:
         self._connection = connection
@@ -30,7 +30,8 @@ class Trajectory(FixedAttributes):
         self.id = id
 
     async def wait(self, timeout: float | None = None) -> TrajectoryResult:
-        """How it ended, once it has. Raises `DeadlineExceeded` if that takes longer than so many wall seconds."""
+        """Returns its result once it has ended. Raises `DeadlineExceeded` if that takes longer than `timeout`
+        wall seconds."""
         begin = time.monotonic()
         while self._result is None:
             left = None if timeout is None else begin + timeout - time.monotonic()
@@ -40,7 +41,7 @@ class Trajectory(FixedAttributes):
         return self._result
 
     async def progress(self) -> TrajectoryProgress | None:
-        """How far it is; `None` where it is over."""
+        """Returns its progress; `None` once it has ended."""
         answer = await self._connection.call(
             methods.ListTrajectories, proto.ListTrajectoriesRequest(robot=self.robot)
         )
@@ -48,7 +49,8 @@ class Trajectory(FixedAttributes):
         return next((progress_from_proto(each) for each in mine), None)
 
     async def cancel(self) -> Stamp:
-        """Ends it. Its joints hold where they are. Raises `InvalidValue` if it has ended already."""
+        """Ends the trajectory. Its joints hold where they are. Raises `InvalidValue` if it has ended
+        already."""
         request = proto.CancelTrajectoryRequest(robot=self.robot, id=self.id)
         return stamp_from_proto((await self._connection.call(methods.CancelTrajectory, request)).stamp)
 

@@ -30,7 +30,7 @@ async def upload(
     xacro_arguments: Arguments | None = None,
     bars: Bars | None = None,
 ) -> proto.DescriptionSource:
-    """Sends a URDF and those of its files that the daemon lacks. A xacro file is expanded first."""
+    """Sends a URDF and the files that the daemon lacks. A xacro file is expanded first."""
     files = await in_thread(lambda: DescriptionFiles(path, packages, xacro_arguments))
     return await upload_files(connection, files, bars)
 
@@ -38,12 +38,12 @@ async def upload(
 async def upload_files(
     connection: Connection, files: DescriptionFiles, bars: Bars | None = None
 ) -> proto.DescriptionSource:
-    """The same for a URDF that was read."""
+    """Like `send_urdf`, for a URDF that was read."""
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
     prepared = await connection.call(methods.PrepareDescription, request)
     sent: set[str] = set()
-    # What an SDF or MJCF includes names more, and so does a mesh: pictures, and materials. A file is looked for once, so that
-    # this ends.
+    # Included SDF and MJCF files name more files, and so do meshes: pictures, and materials. Each file is
+    # looked up once, so that this ends.
     while True:
         new = [asset.uri for asset in prepared.assets if not files.knows(asset.uri)]
         await in_thread(lambda: files.find(new))
@@ -78,13 +78,13 @@ async def send_file(connection: Connection, path: Path, sha256: str, bars: Bars 
         offset += len(data)
         if bars is not None:
             bars.add(len(data))
-        # A file that has shrunk ends early: the daemon then finds that the hash differs.
+        # A file that has shrunk ends early; the daemon then detects the different hash.
         if not data or offset >= total:
             return
 
 
 async def send_bytes(connection: Connection, data: bytes) -> str:
-    """Sends what is in memory, in parts. Returns its hash."""
+    """Sends bytes from memory, in parts. Returns their hash."""
     sha256 = await in_thread(lambda: hashlib.sha256(data).hexdigest())
     for offset in range(0, max(len(data), 1), PART_BYTES):
         part = data[offset : offset + PART_BYTES]
@@ -101,7 +101,7 @@ async def send_saved_state(connection: Connection, path: Path) -> str:
 
 
 async def fetch_file(connection: Connection, sha256: str) -> bytes:
-    """Fetches a file of the daemon's, in parts."""
+    """Fetches a file from the daemon, in parts."""
     parts: list[bytes] = []
     have = 0
     while True:
@@ -113,7 +113,8 @@ async def fetch_file(connection: Connection, sha256: str) -> bytes:
 
 
 async def write_file(connection: Connection, sha256: str, path: Path) -> None:
-    """Fetches a file of the daemon's and writes it to this disk. Raises `AnswerError` if it does not have the hash."""
+    """Fetches a file from the daemon and writes it to this disk. Raises `AnswerError` if it does not have the
+    hash."""
     content = await fetch_file(connection, sha256)
     if await in_thread(lambda: hashlib.sha256(content).hexdigest()) != sha256:
         raise AnswerError("the file that the daemon sent does not have its hash")

@@ -1,4 +1,4 @@
-"""What pages show beside the world, and what people do in them: markers, cameras, keys and mouse."""
+"""Drawings in pages and input from people: markers, cameras, keys and mouse."""
 
 from __future__ import annotations
 
@@ -27,11 +27,13 @@ from simd_client.view import (
 
 
 class View(FixedAttributes):
-    """What pages show beside the world. It is no part of the world: resets and saved states do not change it.
+    """Drawings and input of pages. They are not part of the world: resets and saved states do not change
+    them.
 
-    Markers go with the connection that drew them unless `keep` is true, or after `life_time` wall seconds. With `robot`, and
-    `link` of it, they move with the link, and positions are in its frame. `replace` is the id of a marker whose place a new
-    one takes. Colours are red, green and blue from 0 to 1. Raises `RobotNotFound`, `LinkNotFound`, `LimitExceeded`.
+    Markers are deleted with the connection that drew them unless `keep` is true, or after `life_time` wall
+    seconds. With `robot`, and its `link`, they move with the link, and positions are in its frame. `replace`
+    is the id of the marker that the new one replaces. Colours are red, green and blue from 0 to 1. Raises
+    `RobotNotFound`, `LinkNotFound`, `LimitExceeded`.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -50,8 +52,8 @@ class View(FixedAttributes):
         replace: int | None = None,
         keep: bool = False,
     ) -> int:
-        """Draws lines of some CSS pixels, and returns the marker's id. `points` has both ends of each, (N, 2, 3) in metres;
-        `colors` one for each, (N, 3)."""
+        """Draws lines, their width in CSS pixels, and returns the marker's id. `points` has both ends of
+        each, (N, 2, 3) in metres; `colors` one for each, (N, 3)."""
         marker = marker_to_proto(color=color, robot=robot, link=link, life_time=life_time, replace=replace)
         lines = proto.MarkerLines(points=drawn(points, (2, 3), "what lines go through"), width=width)
         if colors is not None:
@@ -72,7 +74,8 @@ class View(FixedAttributes):
         replace: int | None = None,
         keep: bool = False,
     ) -> int:
-        """Draws dots of some CSS pixels, and returns the marker's id. `points` is (N, 3) in metres, `colors` (N, 3)."""
+        """Draws dots, their size in CSS pixels, and returns the marker's id. `points` is (N, 3) in metres,
+        `colors` (N, 3)."""
         marker = marker_to_proto(color=color, robot=robot, link=link, life_time=life_time, replace=replace)
         dots = proto.MarkerPoints(points=drawn(points, (3,), "what has the points"), size=size)
         if colors is not None:
@@ -110,8 +113,8 @@ class View(FixedAttributes):
         return list((await self._connection.call(methods.AddMarkers, request)).ids)
 
     async def delete(self, *ids: int, take_over: bool = False) -> tuple[int, ...]:
-        """Deletes these markers, or all that are not another client's. Returns the ids of those that were there. Raises
-        `OwnedByAnother`, unless `take_over`: where the daemon asks for tokens, that needs an admin's."""
+        """Deletes these markers, or all except other clients'. Returns the ids of the deleted markers. Raises
+        `OwnedByAnother`, unless `take_over`: if the daemon requires tokens, that needs an admin's token."""
         request = proto.DeleteMarkersRequest(ids=ids, take_over=take_over)
         return tuple((await self._connection.call(methods.DeleteMarkers, request)).deleted)
 
@@ -123,8 +126,9 @@ class View(FixedAttributes):
     async def set_link_colors(
         self, robot: str | Named, colors: Mapping[str, Sequence[float] | None]
     ) -> None:
-        """Gives links of a robot colours in pages, by their names: red, green, blue and perhaps alpha, from 0 to 1. `None` is the colour of
-        the description again. They go with a reload of the robot, and are no part of the world."""
+        """Colours links of a robot in pages, by their names: red, green, blue and perhaps alpha, from 0 to 1.
+        `None` restores the colour of the description. A reload of the robot deletes the colours; they are not
+        part of the world."""
         links = [color_to_proto(name_of(robot), link, color) for link, color in colors.items()]
         if links:
             await self._connection.call(methods.SetLinkColors, proto.SetLinkColorsRequest(colors=links))
@@ -132,20 +136,21 @@ class View(FixedAttributes):
     async def set_camera(
         self, position: npt.ArrayLike, target: npt.ArrayLike = (0, 0, 0), *, field_of_view: float | None = None
     ) -> int:
-        """Moves the cameras of all pages, also of those that are opened later: to a position, looking at a target, metres. The
-        vertical field of view, radians, stays if it is left out. Returns a number that grows each time."""
+        """Moves the cameras of all pages, also of pages opened later: to a position, looking at a target,
+        metres. The vertical field of view, radians, stays if it is left out. Returns a number that grows each
+        time."""
         request = camera_to_proto(position, target, field_of_view)
         return (await self._connection.call(methods.SetCamera, request)).version
 
     async def cameras(self) -> tuple[ViewCamera, ...]:
-        """The cameras of the pages that are open, the one that moved last first."""
+        """Returns the cameras of the open pages, the last moved first."""
         answer = await self._connection.call(methods.GetCameras, proto.GetCamerasRequest())
         return tuple(camera_from_proto(each) for each in answer.cameras)
 
     async def next_input(self, after: int | None = None, wait: float = 1.0) -> Input:
-        """Keys and mouse in pages after a sequence, as soon as there are some, or none after `wait` seconds (at most 60).
-        Without `after`: none, and the sequence from which to go on, at once. Pages report until five seconds after the last
-        such call, and keys of the page itself do nothing meanwhile."""
+        """Returns keys and mouse in pages after a sequence, as soon as there are some, or none after `wait`
+        seconds (at most 60). Without `after` it immediately returns none, and the sequence to continue from.
+        Pages report until five seconds after the last such call; meanwhile the page's own keys do nothing."""
         request = proto.NextInputRequest(after_sequence=after, timeout=wait)
         answer = await self._connection.call(methods.NextInput, request, wait=wait or 1.0)
         return input_from_proto(answer)

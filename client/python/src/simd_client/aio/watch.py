@@ -22,7 +22,8 @@ from simd_client.state import States
 Item = TypeVar("Item")
 
 SILENCE = 1.0
-"""Seconds without a publication after which the daemon is asked: it may be gone, or a publication was lost."""
+"""Seconds without a publication after which the daemon is asked: it may have ended, or a publication was
+lost."""
 
 
 class Watch(FixedAttributes, AsyncIterator[Item], Generic[Item]):
@@ -42,35 +43,36 @@ class Watch(FixedAttributes, AsyncIterator[Item], Generic[Item]):
         self._subscriber = connection.link.subscribe(key, self._sample.put)
 
     async def _read(self, payload: bytes) -> Item | None:
-        """The item of a publication, or `None` to ignore it."""
+        """Returns the item of a publication, or `None` to ignore it."""
         raise NotImplementedError
 
     async def _ask(self) -> Item:
-        """The current item, asked from the daemon."""
+        """Fetches the current item from the daemon."""
         raise NotImplementedError
 
     def _order(self, item: Item) -> int:
-        """Newer items have larger numbers."""
+        """Returns the item's number; newer items have larger ones."""
         raise NotImplementedError
 
     def __aiter__(self) -> Watch[Item]:
         return self
 
     async def __anext__(self) -> Item:
-        """The newest item, once it is newer than the one before, and not sooner than the rate allows."""
+        """Returns the newest item, once it is newer than the previous one, and not sooner than the rate
+        allows."""
         if not self._is_open:
             raise StopAsyncIteration
         return await self.wait(None)
 
     async def wait(self, timeout: float | None) -> Item:
-        """The next item. Raises `DeadlineExceeded` if none comes within so many seconds."""
+        """Returns the next item. Raises `DeadlineExceeded` if none arrives within `timeout` seconds."""
         begin = time.monotonic()
         await sleep(self._pacer.left())
         return await self._first() if self._last is None else await self._following(begin, timeout)
 
     async def newest(self) -> Item:
-        """The newest item that has arrived, without waiting. Asks the daemon if none has arrived yet, or if there
-        was no publication for a second: the last one may have been lost."""
+        """Returns the newest item that has arrived, without waiting. Asks the daemon if none has arrived yet,
+        or if no publication came for a second: the last one may have been lost."""
         if not await self._received() and time.monotonic() - self._heard >= SILENCE:
             self._last = await self._asked()
         return await self._first() if self._last is None else self._last
@@ -105,7 +107,7 @@ class Watch(FixedAttributes, AsyncIterator[Item], Generic[Item]):
         return item
 
     async def _received(self) -> bool:
-        """Takes the publication that has arrived, if it is newer than the last item."""
+        """Takes the arrived publication, if it is newer than the last item."""
         payload = self._sample.take()
         item = None if payload is None else await self._read(payload)
         if item is None or (self._last is not None and self._order(item) <= self._order(self._last)):
@@ -126,7 +128,7 @@ class Watch(FixedAttributes, AsyncIterator[Item], Generic[Item]):
                 await self._sample.wait(silence if timeout is None else min(silence, begin + timeout - now))
                 continue
             item = await self._asked()
-            # A smaller number is not an older item, but one of a daemon that was restarted.
+            # A smaller number is not an older item: the daemon was restarted.
             if self._last is None or self._order(item) != self._order(self._last):
                 self._last = item
                 break
@@ -153,7 +155,8 @@ class WorldWatch(FixedAttributes, AsyncIterator[States]):
         return self
 
     async def __anext__(self) -> States:
-        """The newest states, once they are newer than those before, and not sooner than the rate allows."""
+        """Returns the newest states, once they are newer than the previous ones, and not sooner than the rate
+        allows."""
         while self._is_open:
             await sleep(self._pacer.left())
             if self._last is None and not self._sensors:
@@ -181,7 +184,8 @@ class WorldWatch(FixedAttributes, AsyncIterator[States]):
 
 
 class EventWatch(FixedAttributes, AsyncIterator[Event]):
-    """Iterates over events in order. `missed` of an event counts those that this reader was too slow for.
+    """Iterates over events in order. `missed` of an event counts events lost because this reader was too
+    slow.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one event loop.
     """
@@ -196,13 +200,13 @@ class EventWatch(FixedAttributes, AsyncIterator[Event]):
         return self
 
     async def __anext__(self) -> Event:
-        """The next event."""
+        """Returns the next event."""
         if not self._is_open:
             raise StopAsyncIteration
         return await self.wait(None)
 
     async def wait(self, timeout: float | None) -> Event:
-        """The next event. Raises `DeadlineExceeded` if none comes within so many seconds."""
+        """Returns the next event. Raises `DeadlineExceeded` if none arrives within `timeout` seconds."""
         begin = time.monotonic()
         while not self._ahead:
             if not self._is_open:
@@ -231,7 +235,8 @@ class EventWatch(FixedAttributes, AsyncIterator[Event]):
 
 
 async def next_events(connection: Connection, after: int, wait: float) -> tuple[list[Event], int]:
-    """The events after a sequence, waiting for the first one, and the sequence of the newest event."""
+    """Returns the events after a sequence, waiting for the first one, and the sequence of the newest
+    event."""
     request = proto.NextEventsRequest(after_sequence=after, timeout=wait)
     answer = await connection.call(methods.NextEvents, request, wait=wait)
     missed = [answer.missed] + [0] * len(answer.events)

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/callbacks.py by tools/make_blocking.py; do not edit.
-"""Calls functions with what is read over time, beside the rest of the program."""
+"""Calls functions with published items, beside the rest of the program."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Given = TypeVar("Given", covariant=True)
 
 
 class Items(Protocol[Given]):
-    """What gives items over time."""
+    """Source of items over time."""
 
     def __iter__(self) -> Iterator[Given]:
-        """Itself."""
+        """Returns the iterator."""
         ...
 
     def close(self) -> None:
-        """Ends it."""
+        """Ends the iteration."""
         ...
 
 
@@ -36,9 +36,10 @@ class Callbacks(FixedAttributes, Generic[Item]):
     """Calls a function with each item, one after the other, until `close`. Use it with `with`, or `close` it; it
     also ends with the connection.
 
-    The function is called on a thread of its own, which does not keep the program from ending.
-    A slow function skips states and sees every event. If it raises, or if there is nothing more to read (the robot was
-    deleted), the calls end: `error` has the exception, and it is reported as any exception that is not caught.
+    The function is called on a separate thread, which does not keep the program from ending. A slow function skips
+    states and sees every event. The calls end if it raises or if nothing more can be read, for instance
+    because the robot was deleted. Then `error` has the exception, which is reported like any uncaught
+    exception.
     """
 
     def __init__(self, link: Link, items: Items[Item], function: Callable[[Item], object]) -> None:
@@ -53,7 +54,7 @@ class Callbacks(FixedAttributes, Generic[Item]):
 
     @property
     def error(self) -> Exception | None:
-        """Why the calls ended, if not by `close`."""
+        """The exception that ended the calls; `None` after `close`."""
         return self._error
 
     @property
@@ -62,13 +63,13 @@ class Callbacks(FixedAttributes, Generic[Item]):
         return not self._background.is_done
 
     def close(self) -> None:
-        """Ends the calls. The function is not called any more once this returns."""
+        """Ends the calls. The function is not called after this returns."""
         self._background.stop()
         self._items.close()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Waits until the calls have ended. Returns whether they have within so many seconds; with `None` it waits
-        without end. Raises nothing: see `error`."""
+        """Waits until the calls have ended. Returns whether they ended within `timeout` seconds; `None` waits
+        without a limit. Raises nothing: see `error`."""
         return self._background.wait(timeout)
 
     def __enter__(self) -> Callbacks[Item]:
@@ -95,7 +96,7 @@ class Callbacks(FixedAttributes, Generic[Item]):
 
 
 class SomeEvents(Iterator[Event]):
-    """The events of some kinds, or of all."""
+    """Events of some kinds, or of all."""
 
     def __init__(self, events: EventWatch, kinds: tuple[str, ...]) -> None:
         known = tuple(field.name for field in proto.Event.DESCRIPTOR.oneofs_by_name["kind"].fields)
@@ -109,7 +110,7 @@ class SomeEvents(Iterator[Event]):
         return self
 
     def __next__(self) -> Event:
-        """The next one of these kinds; `missed` counts those of all kinds before it."""
+        """Returns the next event of these kinds; `missed` counts events of all kinds before it."""
         missed = 0
         for event in self._events:
             missed += event.missed

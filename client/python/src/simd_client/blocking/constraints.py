@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/constraints.py by tools/make_blocking.py; do not edit.
-"""What holds links together beside the joints of their robots."""
+"""Constraints that hold links together, in addition to the joints of robots."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from simd_client.world import Stamp, stamp_from_proto
 
 
 class Constraints(FixedAttributes):
-    """The constraints of a world. They stay over resets, are part of saved states, and go with their robots."""
+    """The constraints of a world. They persist across resets, are part of saved states, and are deleted with
+    their robots."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -45,12 +46,13 @@ class Constraints(FixedAttributes):
         breaks: bool = False,
         disable_collisions: bool = False,
     ) -> str:
-        """Holds two links together from the next step on, and returns the constraint's name.
+        """Holds two links together from the next step on. Returns the constraint's name.
 
-        `weld`: the frames of both ends are one. `point_to_point`: their origins are. `hinge`: what is left is a turn
-        about `axis`; `slide`: a shift along it. `gear`: child joint = `ratio` * parent joint + `offset`. `distance`:
-        the origins are `length` apart, or less for a `rope`. Offset and length are as they are now if left out.
-        Without limits a constraint does what is needed. Raises `RobotNotFound`, `InvalidValue`, `ConstraintExists`.
+        `weld`: the frames of both ends coincide. `point_to_point`: their origins coincide. `hinge`: only
+        rotation about `axis` remains; `slide`: only translation along it. `gear`: child joint = `ratio` *
+        parent joint + `offset`. `distance`: the origins are `length` apart, or less for a `rope`. Offset and
+        length default to their current values. Without limits a constraint applies any force that it needs.
+        Raises `RobotNotFound`, `InvalidValue`, `ConstraintExists`.
         """
         request = proto.CreateConstraintRequest(
             name=name,
@@ -82,7 +84,8 @@ class Constraints(FixedAttributes):
         offset: float | None = None,
         length: float | None = None,
     ) -> Stamp:
-        """Changes what is given. An infinite limit is none. Raises `ConstraintNotFound`, `InvalidValue`."""
+        """Changes the given properties. An infinite limit means no limit. Raises `ConstraintNotFound`,
+        `InvalidValue`."""
         request = proto.ChangeConstraintRequest(
             name=name,
             parent_pose=None if parent_pose is None else pose_to_proto(parent_pose),
@@ -98,13 +101,13 @@ class Constraints(FixedAttributes):
         return stamp_from_proto(self._connection.call(methods.ChangeConstraint, request).stamp)
 
     def delete(self, name: str) -> Stamp:
-        """Lets two links go. Raises `ConstraintNotFound`."""
+        """Releases two links. Raises `ConstraintNotFound`."""
         request = proto.DeleteConstraintRequest(name=name)
         return stamp_from_proto(self._connection.call(methods.DeleteConstraint, request).stamp)
 
     def list(self, robot: str | Named | None = None) -> tuple[Constraint, ...]:
-        """The constraints of the world or of one robot, in the order in which they were made, and what they did over the
-        last step."""
+        """Returns the constraints of the world or of one robot, in order of creation, with their forces over
+        the last step."""
         request = proto.ListConstraintsRequest(robot="" if robot is None else name_of(robot))
         answer = self._connection.call(methods.ListConstraints, request)
         return tuple(constraint_from_proto(each) for each in answer.constraints)

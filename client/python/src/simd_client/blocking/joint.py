@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 
 class Joint(FixedAttributes):
-    """A joint of a robot. Radians, newton metres and seconds for joints that turn; metres, newtons and seconds for
-    joints that slide. Each property that changes is one round trip: in loops, read the whole robot."""
+    """A joint of a robot. Units are radians, newton metres and seconds for rotating joints; metres, newtons
+    and seconds for sliding joints. Each property that changes is one round trip: in loops, read the whole
+    robot."""
 
     def __init__(self, robot: Robot, info: JointInfo) -> None:
         self._robot = robot
@@ -40,12 +41,12 @@ class Joint(FixedAttributes):
 
     @property
     def info(self) -> JointInfo:
-        """All properties of the joint, as they were fetched; see `Robot.refresh`."""
+        """All properties of the joint, as fetched; see `Robot.refresh`."""
         return self._info
 
     @property
     def type(self) -> JointType:
-        """What kind of joint it is."""
+        """Kind of joint."""
         return self._info.type
 
     @property
@@ -55,7 +56,7 @@ class Joint(FixedAttributes):
 
     @property
     def limits(self) -> JointLimits:
-        """Its limits, as they were fetched."""
+        """Limits of the joint, as fetched."""
         return self._info.limits
 
     @property
@@ -65,27 +66,27 @@ class Joint(FixedAttributes):
 
     @property
     def position(self) -> float:
-        """rad or m, of the newest state."""
+        """Position in rad or m, of the newest state."""
         return self.read().position
 
     @property
     def velocity(self) -> float:
-        """rad/s or m/s, of the newest state."""
+        """Velocity in rad/s or m/s, of the newest state."""
         return self.read().velocity
 
     @property
     def effort(self) -> float:
-        """What the actuator applied over the last step, N m or N."""
+        """Effort that the actuator applied over the last step, N m or N."""
         return self.read().effort
 
     @property
     def mode(self) -> JointMode:
-        """What the actuator does."""
+        """Mode of the actuator."""
         return self.read().mode
 
     @property
     def target(self) -> float:
-        """A position, a velocity or an effort, as `mode` says."""
+        """Target position, velocity or effort, depending on `mode`."""
         return self.read().target
 
     @target.setter
@@ -94,11 +95,11 @@ class Joint(FixedAttributes):
         self.set_target(target)
 
     def read(self) -> JointState:
-        """All of its newest state, in one round trip."""
+        """Returns its whole newest state, in one round trip."""
         return self._robot.states({self.name})[self.name]
 
     def set_target(self, target: OneTarget, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
-        """Any target; a number is a position."""
+        """Sets any target; a number is a position."""
         return self._robot.set_targets({self.name: target}, beyond_limit=beyond_limit)
 
     def set_position(
@@ -113,7 +114,7 @@ class Joint(FixedAttributes):
         max_velocity: float | None = None,
         beyond_limit: BeyondLimit = "clamp",
     ) -> Applied:
-        """Go to a position and stay there; see `Target.position`."""
+        """Moves to a position and stays there; see `Target.position`."""
         target = Target.position(
             number(position, "position", self._info),
             velocity=number(velocity, "velocity", self._info),
@@ -134,21 +135,21 @@ class Joint(FixedAttributes):
         max_effort: float | None = None,
         beyond_limit: BeyondLimit = "clamp",
     ) -> Applied:
-        """Move at a velocity; see `Target.velocity`."""
+        """Moves at a velocity; see `Target.velocity`."""
         speed = number(velocity, "velocity", self._info)
         target = Target.velocity(speed, damping=damping, feed_forward=feed_forward, max_effort=max_effort)
         return self.set_target(target, beyond_limit=beyond_limit)
 
     def set_effort(self, effort: Quantity, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
-        """Apply an effort until the next target."""
+        """Applies an effort until the next target."""
         return self.set_target(Target.effort(number(effort, "effort", self._info)), beyond_limit=beyond_limit)
 
     def hold(self) -> Applied:
-        """Stay where the joint is."""
+        """Holds the current position."""
         return self.set_target(Target.hold())
 
     def set_passive(self) -> Applied:
-        """No actuator: only the joint's own damping and friction."""
+        """Switches the actuator off: only the joint's damping and friction remain."""
         return self.set_target(Target.passive())
 
     def reset(
@@ -160,7 +161,7 @@ class Joint(FixedAttributes):
     ) -> Applied:
         """Sets the position and velocity of the joint; see `Robot.reset_joints`. A joint that holds its position holds the new one.
 
-        Of a spherical joint the position is a quaternion x y z w, and the velocity has three numbers.
+        The position of a spherical joint is a quaternion x y z w, and its velocity has three numbers.
         """
         moving = None if velocity is None else {self.name: velocity}
         return self._robot.reset_joints({self.name: position}, moving, beyond_limit=beyond_limit)
@@ -176,11 +177,12 @@ class Joint(FixedAttributes):
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
     ) -> Stamp:
-        """Changes only what is given; `limits` replaces all four limits.
+        """Changes only the given properties; `limits` replaces all four limits.
 
-        With `gravity_compensation` the actuator adds the effort that holds the weight of what hangs on the joint to position,
-        velocity and hold targets: of the robot's own masses, not of what it carries. A `spring` acts beside the actuator, also with
-        no target and beyond the effort limit; only a joint of one axis can have one.
+        With `gravity_compensation` the actuator adds the effort that holds the weight of the links below the
+        joint to position, velocity and hold targets. It counts the robot's masses, not its payload. A
+        `spring` acts beside the actuator, also without a target and beyond the effort limit; only a joint of
+        one axis can have one.
         """
         return self._robot.set_joint_properties(
             self.name,

@@ -36,7 +36,7 @@ from simd_client.surface import Surfaces
 from simd_client.target import BeyondLimit
 
 READING_SECONDS = 120.0
-"""How long the daemon itself reads a description at the most."""
+"""Maximum time, in seconds, that the daemon takes to read a description."""
 
 
 class Loading(Connection):
@@ -65,26 +65,26 @@ class Loading(Connection):
         progress: Progress = False,
         model: str = "",
     ) -> Robot:
-        """Loads a robot from this disk: a URDF, SDF or MJCF file, or a package folder that contains one. The files that it
-        refers to and includes are sent too; `report` has a warning for each that was not found. A `.xacro` file is expanded
-        first, by ROS's own package (`pip install 'xacro>=2.1,<3'`), with `xacro_arguments`.
+        """Loads a robot from this disk: a URDF, SDF or MJCF file, or a package folder that contains one.
+        Referenced and included files are sent too; `report` has a warning for each missing file. A `.xacro`
+        file is expanded first, by ROS's own package (`pip install 'xacro>=2.1,<3'`), with `xacro_arguments`.
 
-        Of a file with several robots `model` names one. Without it all come at one moment: the first is returned, and
-        `robots` of the simulation has the others.
+        `model` selects one of several robots in a file. Without it all are spawned at one moment: the first
+        is returned, and `robots` of the simulation has the others.
 
-        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to the
-        world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`, and start at
-        `joint_positions`: by joint name, where they may have units, or as an array in joint order; of a spherical joint a
-        quaternion x y z w. One beyond a limit is clamped, which `report` says, or with `beyond_limit="refuse"` the robot is
-        refused; with `"keep"` it starts there.
-        `scale` multiplies lengths. `packages` are searched for ROS packages first.
-        `surfaces` replaces the file's friction and restitution: one `Surface` for all links, or some by link.
-        With `self_collision` its links collide with each other, except those that a joint connects and those that
-        the file `srdf` switches off by its `disable_collisions`.
-        `collision` says what collision meshes become. `"mesh"`: of links that can never move the triangles that they are, of
-        other links their convex hulls; `"hull"`: hulls; `"parts"`: convex parts. `report` says what each became.
-        With `progress` bars show how much is sent and read: `True` for bars on a terminal or in a notebook, or a class
-        such as `tqdm.auto.tqdm`. The daemon then may take two minutes longer than the timeout of other calls.
+        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to
+        the world; by default it is fixed if it is called `world`. Joints hold their position unless
+        `passive`, and start at `joint_positions`: by joint name, where they may have units, or as an array in
+        joint order. A spherical joint has a quaternion x y z w. A position beyond a limit is clamped and
+        reported in `report`; with `beyond_limit="refuse"` the robot is refused, and with `"keep"` it starts
+        there. `scale` multiplies lengths. `packages` are searched for ROS packages first. `surfaces` replaces
+        the file's friction and restitution: one `Surface` for all links, or some by link. With
+        `self_collision` its links collide with each other, except links that a joint connects and pairs in
+        the `disable_collisions` of the file `srdf`. `collision` selects the use of collision meshes. `"mesh"`
+        keeps the triangles of links that can never move, and gives other links their convex hulls; `"hull"`:
+        hulls; `"parts"`: convex parts. `report` has the result for each. `progress` shows bars of the bytes
+        sent and read: `True` on a terminal or in a notebook, or a class such as `tqdm.auto.tqdm`. The daemon
+        then may take two minutes longer than the timeout of other calls.
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
@@ -115,7 +115,7 @@ class Loading(Connection):
         srdf: AnyPath | None = None,
         collision: Collision = "mesh",
     ) -> Robot:
-        """The same for the text of a URDF that refers to no files."""
+        """Like `load`, for the text of a URDF that refers to no files."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
             surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit,
@@ -142,7 +142,7 @@ class Loading(Connection):
         srdf: AnyPath | None = None,
         collision: Collision = "mesh",
     ) -> Robot:
-        """The same for a path on the daemon's own disk, below one of its asset roots."""
+        """Like `load`, for a path on the daemon's disk, below one of its asset roots."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
             surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit,
@@ -189,7 +189,8 @@ class Loading(Connection):
         return Robot(self, info, report)
 
     def _started(self, name: str, options: SpawnOptions, report: LoadReport) -> LoadReport:
-        """Puts joints where an array says, and those within their limits that start beyond. A robot whose start is refused is removed."""
+        """Sets joints to the positions of an array, and clamps initial positions beyond limits. A robot with
+        a refused initial position is removed."""
         layout = self.layout(name)
         try:
             resets = starts_to_proto(layout, options.joint_positions)

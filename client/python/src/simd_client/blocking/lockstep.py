@@ -21,9 +21,9 @@ class LockstepMember:
     """One of the clients that step the world together."""
 
     client: str
-    """As it calls itself; empty if it does not."""
+    """Name that it gives itself; may be empty."""
     timeout: float
-    """The time in seconds that it may take from one step to asking for the next."""
+    """Maximum time in seconds from one step to its next request."""
     waits_for: int
     """Steps that it waits for; 0 if the others wait for it."""
 
@@ -31,12 +31,12 @@ class LockstepMember:
 class Lockstep(FixedAttributes):
     """A membership among the clients that step the world together. Use it with `with`.
 
-    Until it is left, or its time is over, `Simulation.step` of the same `Simulation` waits for the other members: the
-    world advances to the nearest step that a member has asked for, once each of them has asked.
+    While the membership lasts, `Simulation.step` of the same `Simulation` waits for the other members. Once
+    each has asked, the world advances to the nearest step that a member requested.
     """
 
     timeout: float
-    """The time in seconds from one step to asking for the next, after which this client is a member no more."""
+    """Maximum time in seconds from one step to the next request; a slower client loses its membership."""
 
     def __init__(self, connection: Connection, member: str, timeout: float) -> None:
         self._connection = connection
@@ -44,12 +44,13 @@ class Lockstep(FixedAttributes):
         self.timeout = timeout
 
     def members(self) -> list[LockstepMember]:
-        """Who steps the world together, in the order in which they joined."""
+        """Returns the clients that step the world together, in the order in which they joined."""
         answer = self._connection.call(methods.ListLockstepMembers, proto.ListLockstepMembersRequest())
         return [LockstepMember(each.client, each.timeout, each.waits_for) for each in answer.members]
 
     def leave(self) -> None:
-        """Ends the membership; the others go on. Raises `LockstepMemberNotFound` if it has ended already."""
+        """Ends the membership; the other members continue. Raises `LockstepMemberNotFound` if it has ended
+        already."""
         if self._connection.cache.lockstep_member == self._member:
             self._connection.cache.lockstep_member = ""
         self._connection.call(methods.LeaveLockstep, proto.LeaveLockstepRequest(member=self._member))
@@ -63,7 +64,7 @@ class Lockstep(FixedAttributes):
         try:
             self.leave()
         except (LockstepMemberNotFound, Unavailable):
-            # It did not ask in its time, or the daemon has ended.
+            # It did not ask in time, or the daemon has ended.
             pass
 
     def __repr__(self) -> str:

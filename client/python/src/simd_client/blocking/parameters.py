@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/parameters.py by tools/make_blocking.py; do not edit.
-"""Sliders and buttons that programs add and people use: the daemon's, not a client's."""
+"""Sliders and buttons that programs add and people use. They belong to the daemon, not to a client."""
 
 from __future__ import annotations
 
@@ -49,9 +49,10 @@ class Parameters(FixedAttributes):
     ) -> Slider:
         """Adds a slider. A value outside the range is moved to the nearest end.
 
-        With `joint`, one of a robot's `joints`, each time that the slider is moved, by any client or in the page, the daemon sets the joint's
-        target: its position, velocity or effort, as `mode` says. That goes on when this program has ended. Nothing is set
-        when the slider is added. Raises `RobotNotFound`, `JointNotFound`, `JointNotActuated`."""
+        With `joint`, one of a robot's `joints`, the daemon sets the joint's target each time a client or the
+        page moves the slider. `mode` selects a position, velocity or effort. The binding remains when this
+        program has ended. Nothing is set when the slider is added. Raises `RobotNotFound`, `JointNotFound`,
+        `JointNotActuated`."""
         bound = joint if joint is None or isinstance(joint, JointBinding) else JointBinding(joint.robot_name, joint.name, mode)
         slider = Slider(name, minimum, maximum, value, joint=bound)
         return cast(Slider, self._add(slider, if_taken, take_over))
@@ -75,7 +76,7 @@ class Parameters(FixedAttributes):
         self.remove(name)
 
     def get(self, name: str) -> Parameter:
-        """One parameter. Raises `ParameterNotFound`."""
+        """Returns one parameter. Raises `ParameterNotFound`."""
         answer = self._connection.call(
             methods.GetParameters, proto.GetParametersRequest(names=[name])
         )
@@ -85,8 +86,8 @@ class Parameters(FixedAttributes):
         return found[name]
 
     def set(self, values: Mapping[str, float]) -> list[Parameter]:
-        """Moves all of these sliders or none. Raises `ParameterNotFound`, `InvalidValue`; for sliders that are bound to joints also what
-        a target is refused with, and then none is moved."""
+        """Moves all of these sliders or none. Raises `ParameterNotFound`, `InvalidValue`. For sliders that
+        are bound to joints, it also raises the errors of targets, and then moves none."""
         return self._change(
             [proto.ParameterChange(name=name, value=float(value)) for name, value in values.items()]
         )
@@ -96,18 +97,19 @@ class Parameters(FixedAttributes):
         return self._change([proto.ParameterChange(name=name, presses=times)])[0]
 
     def all(self) -> ParameterList:
-        """All parameters, in the order in which they were added."""
+        """Returns all parameters, in the order in which they were added."""
         answer = self._connection.call(methods.GetParameters, proto.GetParametersRequest())
         return list_from_proto(answer.list)
 
     def next(self, after_version: int, wait: float = 1.0) -> ParameterList:
-        """All parameters as soon as one of them is newer, or as they are after `wait` seconds (at most 60)."""
+        """Returns all parameters once one of them is newer, or the current ones after `wait` seconds (at most
+        60)."""
         request = proto.NextParametersRequest(after_version=after_version, timeout=wait)
         answer = self._connection.call(methods.NextParameters, request, wait=wait or 1.0)
         return list_from_proto(answer.list)
 
     def watch(self, rate: float | None = None) -> Watch[ParameterList]:
-        """All parameters now, and after each change. `newest()` of it costs no round trip."""
+        """Iterates over all parameters now, and after each change. Its `newest()` costs no round trip."""
         return _ParameterWatch(self._connection, keys.parameters(self._connection.name), rate)
 
     def on_change(
@@ -117,8 +119,9 @@ class Parameters(FixedAttributes):
         return Callbacks(self._connection.link, self.watch(rate), function)
 
     def remove(self, *names: str, take_over: bool = False) -> tuple[str, ...]:
-        """Removes these parameters, or all that are not another client's. Returns the names of those that were removed.
-        Raises `OwnedByAnother`, unless `take_over`: where the daemon asks for tokens, that needs an admin's."""
+        """Removes these parameters, or all except other clients'. Returns the names of the removed
+        parameters. Raises `OwnedByAnother`, unless `take_over`: if the daemon requires tokens, that needs an
+        admin's token."""
         request = proto.RemoveParametersRequest(names=names, take_over=take_over)
         return tuple(self._connection.call(methods.RemoveParameters, request).removed)
 

@@ -23,12 +23,12 @@ from simd_client.spawn import UPRIGHT, height_field_file, shape_options, shape_s
 
 
 class Primitives(Loading):
-    """The part of a connection that spawns single shapes: robots with one link, `link`. Lengths in metres, masses
-    in kilograms.
+    """The part of a connection that spawns single shapes: robots with one link, `link`. Lengths are in
+    metres, masses in kilograms.
 
-    The default mass is that of water, 1,000 kg/m^3; the inertia is that of a solid of even density. `position` and
-    `orientation` (x y z w) are of the shape's centre. `fixed` fixes the shape to the world.
-    The default name is that of the shape, with `_1`, `_2`, ... if it is taken.
+    The default mass corresponds to water, 1,000 kg/m^3; the inertia assumes a solid of even density.
+    `position` and `orientation` (x y z w) refer to the shape's centre. `fixed` fixes the shape to the world.
+    The default name is the shape's, with `_1`, `_2`, ... if it is taken.
     """
 
     def add_box(
@@ -44,7 +44,8 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """A box with sides of the full lengths `size`. `color` is red, green, blue and optionally alpha, 0 to 1."""
+        """Spawns a box with sides of the full lengths `size`. `color` is red, green, blue and optionally
+        alpha, 0 to 1."""
         shape = proto.Primitive(box=proto.BoxGeometry(size=vector_to_proto(size, "a box's size")))
         options = shape_options("box", name, position, orientation, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
@@ -61,7 +62,7 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """A sphere."""
+        """Spawns a sphere."""
         shape = proto.Primitive(sphere=proto.SphereGeometry(radius=radius))
         options = shape_options("sphere", name, position, UPRIGHT, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
@@ -80,7 +81,7 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """A cylinder about its z axis."""
+        """Spawns a cylinder about its z axis."""
         shape = proto.Primitive(cylinder=proto.CylinderGeometry(radius=radius, length=length))
         options = shape_options("cylinder", name, position, orientation, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
@@ -99,7 +100,7 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """A capsule about its z axis; `length` is without the caps."""
+        """Spawns a capsule about its z axis; `length` is without the caps."""
         shape = proto.Primitive(capsule=proto.CapsuleGeometry(radius=radius, length=length))
         options = shape_options("capsule", name, position, orientation, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
@@ -118,7 +119,7 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """A cone about its z axis: the base at `-length / 2`, the apex at `length / 2`."""
+        """Spawns a cone about its z axis: the base at `-length / 2`, the apex at `length / 2`."""
         shape = proto.Primitive(cone=proto.ConeGeometry(radius=radius, length=length))
         options = shape_options("cone", name, position, orientation, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
@@ -136,8 +137,8 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """One body of several shapes, at most 1,000, each where its pose puts it in the body's frame. Where they overlap, their
-        mass counts twice."""
+        """Spawns one body of several shapes, at most 1,000, each placed in the body's frame by its pose.
+        Overlapping volumes count twice in the mass."""
         shape = proto.Primitive(compound=proto.CompoundGeometry(parts=[part_to_proto(part) for part in parts]))
         options = shape_options("compound", name, position, orientation, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
@@ -157,12 +158,14 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """A mesh: `(vertices, triangles)` as arrays (metres, and indices of vertices, three a row), an object that has
-        `vertices` and `faces`, as those of trimesh, or the path of a file that the daemon reads (STL, OBJ, COLLADA).
+        """Spawns a mesh. It is a pair of arrays `(vertices, triangles)`: metres, and three indices of
+        vertices a row. It may also be an object with `vertices` and `faces`, such as a mesh of trimesh, or
+        the path of an STL, OBJ or COLLADA file.
 
-        It touches with its convex hull, or with `convex_parts` with at most 32 of them, which takes seconds for a large
-        one. The mass is that of the hull filled with water unless it is given. The origin is the mesh's own. `scale`
-        is a factor for each axis. Raises `InvalidDescription` for a file that the daemon does not read.
+        It collides with its convex hull. With `convex_parts` it collides with at most 32 parts, which takes
+        seconds for a large mesh. The default mass is the mass of the hull filled with water. The origin is
+        the mesh's own. `scale` is a factor for each axis. Raises `InvalidDescription` for a file that the
+        daemon does not read.
         """
         file = in_thread(lambda: mesh_file(mesh))
         sha256 = send_bytes(self, file.data)
@@ -173,7 +176,7 @@ class Primitives(Loading):
         source = shape_source(proto.Primitive(mesh=geometry), mass, color)
         source.assets[file.name] = sha256
         options = shape_options("mesh", name, position, orientation, fixed, friction, restitution)
-        # A mesh that is not read would leave a robot without a shape and without a mass.
+        # An unreadable mesh would leave a robot without a shape and without a mass.
         request = proto.ValidateDescriptionRequest(source=source)
         report = report_from_proto(self.call(methods.ValidateDescription, request).report)
         for finding in report.findings:
@@ -191,7 +194,7 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """An infinite plane, fixed to the world. `normal` points out of it."""
+        """Spawns an infinite plane, fixed to the world. `normal` points out of it."""
         shape = proto.Primitive(plane=proto.PlaneGeometry(normal=vector_to_proto(normal, "a normal")))
         options = shape_options("plane", name, position, UPRIGHT, True, friction, restitution)
         return self._spawn(shape_source(shape, None, color), options)
@@ -208,9 +211,10 @@ class Primitives(Loading):
         restitution: float | None = None,
         color: Sequence[float] | None = None,
     ) -> Robot:
-        """Ground of the heights of a two-dimensional array, metres, fixed to the world: `heights[i, j]` is that of the
-        i-th row along y and the j-th column along x, both from the least on. `size` is its extent along x and y, whose
-        middle is at `position`. All below the surface is inside. Raises `ValueError` for an array of another shape."""
+        """Spawns ground from a two-dimensional array of heights, metres, fixed to the world. `heights[i, j]`
+        is the height of the i-th row along y and the j-th column along x, both from the least coordinate up.
+        `size` is its extent along x and y, with its middle at `position`. Everything below the surface is
+        inside. Raises `ValueError` for an array of another shape."""
         file, scale = height_field_file(heights, size)
         sha256 = send_bytes(self, file)
         uri = f"{sha256}.csv"

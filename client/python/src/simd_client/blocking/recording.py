@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/recording.py by tools/make_blocking.py; do not edit.
-"""A recording that is being made."""
+"""A recording in progress."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Recording(FixedAttributes):
-    """A recording that the daemon makes until it is stopped, at the end of a `with` block for instance."""
+    """A recording that the daemon makes until it is stopped, for instance at the end of a `with` block."""
 
     def __init__(self, connection: Connection, info: RecordingInfo) -> None:
         self._connection = connection
@@ -24,16 +24,17 @@ class Recording(FixedAttributes):
 
     @property
     def info(self) -> RecordingInfo:
-        """As it was when it began, and once it is stopped as it is then."""
+        """Its state at the start; once stopped, its final state."""
         return self._info
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the recording."""
         return self._info.name
 
     def stop(self) -> RecordingInfo:
-        """Ends it, and returns when its file is complete. Raises `RecordingNotPossible` if it has ended already."""
+        """Ends the recording, and returns when its file is complete. Raises `RecordingNotPossible` if it has
+        ended already."""
         request = proto.StopRecordingRequest(name=self.name)
         answer = self._connection.call(methods.StopRecording, request)
         self._info = recording_from_proto(answer.recording)

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/robot_contacts.py by tools/make_blocking.py; do not edit.
-"""What a robot touches, and with what surface."""
+"""Contacts, surfaces and collision filter of a robot."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from simd_client.world import Stamp, stamp_from_proto
 
 
 class RobotContacts(Motion):
-    """The part of a robot that is its contacts, surfaces and collision filter."""
+    """The part of a robot that covers its contacts, surfaces and collision filter."""
 
     def contacts(self) -> tuple[Contact, ...]:
-        """Its contact points with others and with itself, of the newest state."""
+        """Returns its contact points with others and with itself, of the newest state."""
         request = proto.GetContactsRequest(robot=self.name)
         return contacts_from_proto(self._connection.call(methods.GetContacts, request).contacts)
 
     def surfaces(self) -> dict[str, Surface]:
-        """Friction and restitution by link; `None` for a link without a collision shape."""
+        """Returns friction and restitution by link; `None` for a link without a collision shape."""
         request = proto.GetLinkPropertiesRequest(robot=self.name)
         answer = self._connection.call(methods.GetLinkProperties, request)
         return {each.link: surface_from_proto(each) for each in answer.links}
@@ -45,8 +45,8 @@ class RobotContacts(Motion):
         contact_damping: float | None = None,
         link: str | None = None,
     ) -> Stamp:
-        """Changes what is given of friction, restitution, friction against rolling and spinning (metres), and the spring and
-        damper that each point of a contact is (N/m, 0 is rigid; N s/m), of one link or of all of them."""
+        """Changes the given surface properties of one link or of all. Rolling and spinning friction are in
+        metres. Each contact point's spring has N/m (0 is rigid), and its damper N s/m."""
         surface = Surface(
             friction,
             restitution,
@@ -62,39 +62,39 @@ class RobotContacts(Motion):
     def set_collision_groups(
         self, group: int | None = None, mask: int | None = None, *, link: str | None = None
     ) -> Stamp:
-        """Changes the groups that one link or all of them are in (`group`) and touch (`mask`), 32 bits each. Two links
-        touch if one of them is in a group that the other one touches."""
+        """Changes the groups of one link or of all (`group`), and the groups that they touch (`mask`), 32
+        bits each. Two links touch if one of them is in a group that the other one touches."""
         links = surfaces_to_proto({link or "": Surface(collision_group=group, collision_mask=mask)})
         request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
         return stamp_from_proto(self._connection.call(methods.SetLinkProperties, request).stamp)
 
     def stays_awake(self) -> bool:
-        """Whether it does not sleep, also where the world lets bodies sleep."""
+        """Whether it never sleeps, even if the world lets bodies sleep."""
         request = proto.GetLinkPropertiesRequest(robot=self.name)
         return self._connection.call(methods.GetLinkProperties, request).stays_awake
 
     def set_stays_awake(self, stays_awake: bool) -> Stamp:
-        """Changes that, and wakes it. Robots with joints never sleep."""
+        """Changes whether it may sleep, and wakes it. Robots with joints never sleep."""
         request = proto.SetLinkPropertiesRequest(robot=self.name, stays_awake=stays_awake)
         return stamp_from_proto(self._connection.call(methods.SetLinkProperties, request).stamp)
 
     def collision_filter(self) -> CollisionFilter:
-        """Whether its links touch each other, and which pairs of links are switched off or on."""
+        """Whether its links touch each other, and the switched pairs of links."""
         request = proto.GetCollisionFilterRequest(robot=self.name)
         return collision_filter_from_proto(self._connection.call(methods.GetCollisionFilter, request))
 
     def set_collision(
         self, link: str, other_link: str, enabled: bool | None, *, other: str | Named | None = None
     ) -> Stamp:
-        """Switches a pair of links off or on, whatever groups, masks and joints say; `None` leaves it to those. The
-        second link is of `other`, or of this robot."""
+        """Switches a pair of links off or on, regardless of groups, masks and joints; `None` restores those
+        rules. The second link belongs to `other`, or to this robot."""
         named = "" if other is None else name_of(other)
         return self.set_collision_filter([CollisionPair(link, other_link, enabled, named)])
 
     def set_collision_filter(
         self, pairs: Iterable[CollisionPair] = (), *, self_collision: bool | None = None
     ) -> Stamp:
-        """Switches pairs of links, and whether its links touch each other."""
+        """Switches pairs of links, and self-collision."""
         given = [collision_pair_to_proto(pair) for pair in pairs]
         request = proto.SetCollisionFilterRequest(robot=self.name, pairs=given)
         if self_collision is not None:

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/rollouts.py by tools/make_blocking.py; do not edit.
-"""Copies of the world that run on from one state, for controllers and learners."""
+"""Copies of the world that run from one state, for controllers and learners."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from simd_client.state import name_of
 from simd_client.world import SavedState
 
 ROLLOUT_SECONDS = 60.0
-"""How much longer a rollout may take than other calls, by default."""
+"""Default time, in seconds, that a rollout may take beyond other calls."""
 
 
 class Rollouts(Queries):
-    """The part of a connection that has copies of the world run on."""
+    """The part of a connection that runs copies of the world."""
 
     def rollout(
         self,
@@ -46,21 +46,23 @@ class Rollouts(Queries):
         timeout: float | None = None,
         progress: Callable[[int, int], object] | None = None,
     ) -> Rollout:
-        """Has copies of the world do so many steps, each by its own controls, and says what became of them. The world itself is
-        left as it is. Copies start from its present state, or from a saved one; what `controls` do not drive goes on as it is.
+        """Steps copies of the world, each with separate controls, and returns their results. The world does
+        not change. Copies start from its present state, or from a saved one; joints that `controls` do not
+        drive keep their targets.
 
-        How many copies there are follows from the arrays of `controls`, `starts` and `variations`, or is `copies`.
-        `observe` is read after every `record_steps` steps (0: after the last one), and with `record_start` before the first. A
-        copy's cost is the sum of `costs` over its steps; with `step_costs` that of each step is returned too. What is drawn
-        depends on `seed` and the number of the copy alone.
+        The number of copies follows from the arrays of `controls`, `starts` and `variations`, or is `copies`.
+        `observe` is read after every `record_steps` steps (0: after the last one), and with `record_start`
+        before the first. A copy's cost is the sum of `costs` over its steps; with `step_costs` the cost of
+        each step is returned too. Random draws depend only on `seed` and the index of the copy.
 
-        `progress` is called with the copies that are done, and with how many there are. Raises `LimitExceeded` for a rollout
-        that is too large or takes too long. The default `timeout` is the connection's and 60 s.
+        `progress` is called with the number of finished copies and the total. Raises `LimitExceeded` for a
+        rollout that is too large or takes too long. The default `timeout` is the connection's and 60 s.
 
-        `daemons` are connections to others, which take parts of the copies: all start from the `saved_state` of this name that
-        each of them holds (see `share_state`). The answer is that of one daemon, to the bit, where they are of one release on
-        machines of one kind. The part of a daemon that is lost, or says nothing for 10 s or half of the time that is left, is
-        asked of the others. Raises `Unavailable` or `DeadlineExceeded` if all are lost, and `ValueError` if their states differ.
+        `daemons` are connections to other daemons, which take parts of the copies. All start from the
+        `saved_state` of this name that each of them holds (see `share_state`). The answer equals a single
+        daemon's bit for bit if all have one release and one kind of machine. If a daemon is lost, or is
+        silent for 10 s or half of the remaining time, others do its part. Raises `Unavailable` or
+        `DeadlineExceeded` if all are lost, and `ValueError` if their states differ.
         """
         asked = Asked(
             steps=steps,
@@ -91,14 +93,15 @@ class Rollouts(Queries):
         return sharing.rollout()
 
     def _share(self, sharing: Sharing, daemons: Sequence[Rollouts], seconds: float) -> None:
-        """Has daemons do all parts; those that are lost in one round do not take part in the next one."""
+        """Has daemons do all parts; daemons that are lost in one round are left out of the next one."""
         until = monotonic() + seconds
         here = list(daemons)
         try:
             sharing.cut(len(here))
             while not sharing.is_whole:
                 lost: list[Rollouts] = []
-                # The first part of each is settled beforehand, so that each has one if there are as many.
+                # The first part of each daemon is assigned beforehand, so that each has one if there are
+                # enough.
                 works = [partial(each._do_parts, sharing, sharing.take(), until, lost, len(here) == 1) for each in here]
                 together(works)
                 here = [each for each in here if each not in lost]
@@ -109,7 +112,8 @@ class Rollouts(Queries):
     def _do_parts(
         self, sharing: Sharing, part: range | None, until: float, lost: list[Rollouts], is_last: bool
     ) -> None:
-        """Does a part, and others until there are none. The last daemon may say nothing for as long as there is time."""
+        """Does a part, and others until none remain. The last daemon may be silent for all of the remaining
+        time."""
         while part is not None:
             asked = sharing.asked(part)
             left = max(until - monotonic(), 0.001)
@@ -121,7 +125,7 @@ class Rollouts(Queries):
                     None if is_last else silence(left),
                 )
             except (Unavailable, DeadlineExceeded) as error:
-                # Others would not have the time either: this one is named.
+                # Other daemons would not have the time either: the error names this one.
                 if isinstance(error, DeadlineExceeded) and until - monotonic() < LEAST_SILENT_SECONDS / 2:
                     sharing.fail(part, self.name, error)
                     return
@@ -136,7 +140,7 @@ class Rollouts(Queries):
             part = sharing.take()
 
     def _width(self, variation: Variation) -> int:
-        """How many numbers a copy has of a variation that is drawn, by the daemon's rules."""
+        """Returns how many numbers a copy has of a drawn variation, by the daemon's rules."""
         if variation.values is not None:
             return 0
         if variation.of == "wrench":
@@ -145,7 +149,7 @@ class Rollouts(Queries):
         if variation.of in ("link_masses", "surface_friction"):
             request = proto.GetLinkPropertiesRequest(robot=robot)
             links = self.call(methods.GetLinkProperties, request).links
-            # What touches nothing has no surface.
+            # Links without collision shapes have no surface.
             some = [each.link for each in links if variation.of == "link_masses" or each.HasField("friction")]
             return sum(name in some for name in variation.names) if variation.names else len(some)
         if variation.names:
@@ -160,8 +164,8 @@ class Rollouts(Queries):
         progress: Callable[[int, int], object] | None,
         silent: float | None = None,
     ) -> Rollout:
-        """Has this daemon do a rollout. Raises `DeadlineExceeded` if it takes longer than `seconds`, or nothing is heard of it for
-        `silent` seconds."""
+        """Has this daemon do a rollout. Raises `DeadlineExceeded` if it takes longer than `seconds`, or is
+        silent for `silent` seconds."""
         request = asked.request()
         method = methods.Rollout
         gathered: Gathered | None = None

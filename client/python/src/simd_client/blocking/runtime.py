@@ -1,4 +1,4 @@
-"""How the client waits on the calling thread. `simd_client.aio.runtime` has the same names for asyncio."""
+"""Waits on the calling thread. `simd_client.aio.runtime` has the same names for asyncio."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def query(link: Link, method: AnyMethod, payload: bytes, timeout: float) -> byte
 def queries(
     link: Link, requests: Sequence[tuple[AnyMethod, bytes]], timeout: float
 ) -> list[bytes | BaseException]:
-    """Sends several requests at once and waits for all replies: the bytes of each, or why there are none."""
+    """Sends several requests at once and waits for all replies: the bytes of each, or its error."""
     arrived: dict[int, Answer] = {}
     ended: list[None] = []
     has_ended = threading.Condition()
@@ -53,8 +53,8 @@ def queries(
 def replies(
     link: Link, method: AnyMethod, payload: bytes, seconds: float, silent: float | None = None
 ) -> Iterator[bytes]:
-    """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
-    newest are kept. Raises `DeadlineExceeded` if there is no reply for `silent` seconds."""
+    """Sends the request of a stream and waits for each of its replies. If more than 256 wait for the reader,
+    the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds."""
     waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
     has_some = threading.Condition()
 
@@ -75,8 +75,8 @@ def replies(
 
 
 def together(works: Sequence[Callable[[], None]]) -> None:
-    """Does several works at the same time: the first on this thread, each other one on a thread of its own, which does not keep
-    the program from ending. Once all have ended it raises the first exception that one raised."""
+    """Does several works concurrently: the first on this thread, each other one on a separate thread that
+    does not keep the program from ending. Once all have ended it raises the first exception."""
     raised: dict[int, BaseException] = {}
 
     def do(index: int) -> None:
@@ -105,7 +105,7 @@ def in_thread(do: Callable[[], Result]) -> Result:
 
 
 class LatestSample:
-    """Room for one publication: a newer one replaces one that was not taken."""
+    """Slot for one publication: a newer one replaces one that was not taken."""
 
     def __init__(self) -> None:
         self._payload: bytes | None = None
@@ -113,13 +113,13 @@ class LatestSample:
         self._arrived = threading.Condition()
 
     def put(self, key: str, payload: bytes) -> None:
-        """Called on a thread of the link's."""
+        """Stores a publication; called on a thread of the link."""
         with self._arrived:
             self._payload = payload
             self._arrived.notify()
 
     def take(self) -> bytes | None:
-        """The publication's bytes, if one has arrived."""
+        """Returns the publication's bytes, if one has arrived."""
         with self._arrived:
             payload, self._payload = self._payload, None
         return payload
@@ -131,7 +131,7 @@ class LatestSample:
             return self._payload is not None
 
     def close(self) -> None:
-        """Nothing more arrives."""
+        """Ends the slot: nothing more arrives."""
         with self._arrived:
             self._is_closed = True
             self._arrived.notify()
@@ -155,28 +155,28 @@ class Background:
         self._thread.start()
 
     def end(self) -> None:
-        """Ends it without waiting for a call that is under way: the program ends."""
+        """Ends the work without waiting for a running call, since the program ends."""
         self.is_stopped = True
         self._end()
 
     @property
     def is_done(self) -> bool:
-        """Whether it has ended, or has been asked to."""
+        """Whether it has ended, or was asked to end."""
         return self.is_stopped or not self._thread.is_alive()
 
     def call(self, function: Callable[[Item], object], item: Item) -> None:
-        """Calls a function of the caller's as a part of this work."""
+        """Calls a function of the caller as a part of this work."""
         with self._calling:
             if not self.is_stopped:
                 function(item)
 
     def stop(self) -> None:
-        """Ends it. May be called by the work itself."""
+        """Ends the work. The work may call this on itself."""
         with self._calling:
             self.is_stopped = True
 
     def wait(self, timeout: float | None) -> bool:
-        """Waits until it has ended. Returns whether it has within so many seconds."""
+        """Waits until it has ended. Returns whether it ended within `timeout` seconds."""
         if self._thread.ident is not None:
             self._thread.join(timeout)
         return not self._thread.is_alive()

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/saved_states.py by tools/make_blocking.py; do not edit.
-"""States of the world to go back to, and recordings of what happens in it."""
+"""Saved states of the world, and recordings of its motion."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ from simd_client.recording import RecordingInfo, recording_from_proto
 from simd_client.world import SavedState, Stamp, saved_state_from_proto, stamp_from_proto
 
 FILE_SECONDS = 120.0
-"""How much longer an export or import may take than other calls: all robots of a world are read again."""
+"""Time, in seconds, that an export or import may take beyond other calls: all robots of a world are read
+again."""
 
 
 class SavedStates(Rollouts):
     """The part of a connection that saves states, restores them, and records."""
 
     def save_state(self, name: str = "", *, take_over: bool = False) -> SavedState:
-        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given. Raises
-        `OwnedByAnother` if it would replace another client's, unless `take_over`: where the daemon asks for tokens, that
-        needs an admin's."""
+        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given.
+        Raises `OwnedByAnother` if it would replace another client's, unless `take_over`: if the daemon
+        requires tokens, that needs an admin's token."""
         answer = self.call(methods.SaveState, proto.SaveStateRequest(name=name, take_over=take_over))
         return saved_state_from_proto(answer.saved_state)
 
@@ -46,8 +47,8 @@ class SavedStates(Rollouts):
     def import_saved_state(
         self, path: AnyPath, name: str = "", *, take_over: bool = False
     ) -> SavedState:
-        """Reads such a file into the daemon's memory. After `restore_state` the world continues bit for bit as
-        the one that was exported, on the same release and machine. By default the saved state keeps its name.
+        """Reads such a file into the daemon's memory. After `restore_state` the world continues bit for bit
+        as the exported one, on the same release and machine. By default the saved state keeps its name.
         Raises `InvalidSavedState`, and `OwnedByAnother` as `save_state` does."""
         sha256 = send_saved_state(self, Path(path))
         request = proto.ImportSavedStateRequest(sha256=sha256, name=name, take_over=take_over)
@@ -57,16 +58,16 @@ class SavedStates(Rollouts):
     def share_state(
         self, saved_state: str | SavedState, daemons: Sequence[SavedStates], *, take_over: bool = False
     ) -> None:
-        """Copies a saved state into the memory of other daemons, under its name, with the descriptions and meshes of its
-        robots: for a `rollout` that they share. Their worlds stay as they are. Raises as `export_saved_state` and
-        `import_saved_state` do."""
+        """Copies a saved state, with the descriptions and meshes of its robots, into the memory of other
+        daemons under the same name. A shared `rollout` needs such copies. The worlds of those daemons do not
+        change. Raises the errors of `export_saved_state` and `import_saved_state`."""
         with TemporaryDirectory(prefix="simd-") as folder:
             path = self.export_saved_state(saved_state, Path(folder) / "shared.simdstate")
             for daemon in daemons:
                 daemon.import_saved_state(path, _name(saved_state), take_over=take_over)
 
     def saved_states(self) -> list[SavedState]:
-        """The saved states, oldest first."""
+        """Returns the saved states, oldest first."""
         answer = self.call(methods.ListSavedStates, proto.ListSavedStatesRequest())
         return [saved_state_from_proto(each) for each in answer.saved_states]
 
@@ -84,11 +85,12 @@ class SavedStates(Rollouts):
         max_bytes: int = 0,
         max_duration: float = 0.0,
     ) -> Recording:
-        """Begins a recording on the daemon's disk: every command from now on, and joint states and link poses at `rate` in a
-        simulated second (0: none). It can be used in a `with` block, which ends it.
+        """Begins a recording on the daemon's disk: every command from now on, and joint states and link poses
+        at `rate` per simulated second (0: none). It can be used in a `with` block, which ends it.
 
-        With `keep_last`, only so many seconds are kept, in several files; it ends at `max_bytes` or after `max_duration`
-        seconds, of which 0 is no limit. Raises `RecordingNotPossible`, `RecordingExists`, `InvalidValue`.
+        `keep_last` keeps only that many seconds, in several files. The recording ends at `max_bytes` or after
+        `max_duration` seconds; 0 means no limit. Raises `RecordingNotPossible`, `RecordingExists`,
+        `InvalidValue`.
         """
         request = proto.StartRecordingRequest(
             name=name, state_rate=rate, keep_last=keep_last, max_bytes=max_bytes, max_duration=max_duration
@@ -97,7 +99,7 @@ class SavedStates(Rollouts):
         return Recording(self, recording_from_proto(answer.recording))
 
     def recordings(self) -> tuple[RecordingInfo, ...]:
-        """The recordings on the daemon's disk, by name."""
+        """Returns the recordings on the daemon's disk, by name."""
         answer = self.call(methods.ListRecordings, proto.ListRecordingsRequest())
         return tuple(recording_from_proto(each) for each in answer.recordings)
 

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/sensors.py by tools/make_blocking.py; do not edit.
-"""Sensors: what robots feel and see."""
+"""Sensors of robots, and their readings."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Sensor(FixedAttributes, Generic[Measured]):
         return self._name
 
     def info(self) -> SensorInfo:
-        """What it measures, where, how often and how well."""
+        """Returns its quantity, frame, rate and noise."""
         for each in listed_sensors(self._connection, self._robot):
             if each.name == self._name:
                 return each
@@ -50,7 +50,8 @@ class Sensor(FixedAttributes, Generic[Measured]):
         raise not_found(SensorNotFound, message, robot=self._robot, sensor=self._name)
 
     def read(self) -> SensorReading[Measured]:
-        """The newest reading. Ranges that are due are waited for. Raises `NoReading` before the first, and for a camera."""
+        """Returns the newest reading. Waits for ranges that are due. Raises `NoReading` before the first, and
+        for a camera."""
         found = newest_readings(self._connection, [proto.SensorSelection(robot=self._robot, sensors=[self._name])])
         newest = found.get((self._robot, self._name))
         if newest is None:
@@ -61,13 +62,14 @@ class Sensor(FixedAttributes, Generic[Measured]):
         return newest
 
     def watch(self, rate: float | None = None) -> Watch[SensorReading[Measured]]:
-        """Readings as they are published, at most `rate` per wall second; the newest wins. `readings` has each. Its `newest` raises
-        `NoReading` before the first, which the others wait for; of a camera they do too."""
+        """Iterates over readings as they are published, at most `rate` per wall second; the newest wins.
+        `readings` has each. Its `newest` raises `NoReading` before the first reading; other calls wait for
+        it. For a camera all raise it."""
         return _ReadingWatch[Measured](self._connection, self, rate)
 
     def readings(self, after: int | None = None) -> ReadingStream[Measured]:
-        """Each reading from now on, or after a sequence: 0 gives all that the daemon still keeps. Those that this reader was
-        too slow for are counted. Raises `NoReading` for a camera."""
+        """Iterates over each reading from now on, or after a sequence: 0 gives all that the daemon still
+        keeps. Readings lost because this reader was too slow are counted. Raises `NoReading` for a camera."""
         info = self.info()
         _refuse_the_silent(info)
         return ReadingStream(self._connection, self._robot, self._name, info.last_sequence if after is None else after)
@@ -79,7 +81,7 @@ class Sensor(FixedAttributes, Generic[Measured]):
         return Callbacks(self._connection.link, self.watch(rate), function)
 
     def delete(self) -> Stamp:
-        """Takes it away."""
+        """Removes the sensor."""
         return deleted(self._connection, self._robot, self._name)
 
     def __repr__(self) -> str:
@@ -87,7 +89,8 @@ class Sensor(FixedAttributes, Generic[Measured]):
 
 
 class Sensors(FixedAttributes):
-    """The sensors of a robot. They stay over resets, are part of saved states, and go with the robot."""
+    """The sensors of a robot. They persist across resets, are part of saved states, and are deleted with the
+    robot."""
 
     def __init__(self, connection: Connection, robot: str) -> None:
         self._connection = connection
@@ -105,19 +108,20 @@ class Sensors(FixedAttributes):
         noise: Iterable[SensorNoise] = (),
         seed: int = 0,
     ) -> Sensor[Measured]:
-        """Puts a sensor on the robot: on a link (the root link if left out) or, for encoders and force-torque sensors, on a
-        joint. `pose` is link_from_sensor; `rate` is in samples per simulated second, one each step if left out. The same
-        `seed` and names give the same noise. Raises `SensorExists`, `LinkNotFound`, `JointNotFound`, `InvalidValue`."""
+        """Adds a sensor to the robot: on a link (default: the root link) or, for encoders and force-torque
+        sensors, on a joint. `pose` is link_from_sensor; `rate` is in samples per simulated second, by default
+        one each step. The same `seed` and names give the same noise. Raises `SensorExists`, `LinkNotFound`,
+        `JointNotFound`, `InvalidValue`."""
         sensor = sensor_to_proto(self._robot, name, kind, link, joint, pose, rate, seed, noise)
         answer = self._connection.call(methods.CreateSensor, proto.CreateSensorRequest(sensor=sensor))
         return Sensor(self._connection, self._robot, answer.name)
 
     def list(self) -> tuple[SensorInfo, ...]:
-        """What each measures, where, how often and how well, in the order in which they were made."""
+        """Returns quantity, frame, rate and noise of each, in order of creation."""
         return listed_sensors(self._connection, self._robot)
 
     def get(self, name: str) -> Sensor[Any]:
-        """A sensor that is there. Raises `SensorNotFound`."""
+        """Returns an existing sensor. Raises `SensorNotFound`."""
         known = [each.name for each in self.list()]
         if name not in known:
             message = f"robot `{self._robot}` has no sensor `{name}`; it has {listed(known, name)}"
@@ -125,14 +129,14 @@ class Sensors(FixedAttributes):
         return Sensor(self._connection, self._robot, name)
 
     def read(self, *names: str) -> dict[str, SensorReading[Any]]:
-        """The newest reading of these sensors, or of all, by name and in one round trip. Ranges that are due are waited for;
-        a sensor that has no reading yet is left out."""
+        """Returns the newest reading of these sensors, or of all, by name and in one round trip. Waits for
+        ranges that are due; a sensor without a reading is left out."""
         selection = proto.SensorSelection(robot=self._robot, sensors=names)
         found = newest_readings(self._connection, [selection])
         return {sensor: reading for (_, sensor), reading in found.items()}
 
     def delete(self, name: str) -> Stamp:
-        """Takes a sensor away. Raises `SensorNotFound`."""
+        """Removes a sensor. Raises `SensorNotFound`."""
         return deleted(self._connection, self._robot, name)
 
 
@@ -143,11 +147,11 @@ class WorldSensors(FixedAttributes):
         self._connection = connection
 
     def list(self) -> tuple[SensorInfo, ...]:
-        """What each measures, where, how often and how well, by robot."""
+        """Returns quantity, frame, rate and noise of each, by robot."""
         return listed_sensors(self._connection, "")
 
     def read(self) -> dict[str, dict[str, SensorReading[Any]]]:
-        """The newest reading of each, by robot and sensor, in one round trip."""
+        """Returns the newest reading of each, by robot and sensor, in one round trip."""
         found: dict[str, dict[str, SensorReading[Any]]] = {}
         for (robot, sensor), reading in newest_readings(self._connection, []).items():
             found.setdefault(robot, {})[sensor] = reading
@@ -155,7 +159,8 @@ class WorldSensors(FixedAttributes):
 
 
 class ReadingStream(FixedAttributes, Iterator[SensorReading[Measured]], Generic[Measured]):
-    """Iterates over each reading of a sensor in order. `missed` of a reading counts those that this reader was too slow for.
+    """Iterates over each reading of a sensor in order. `missed` of a reading counts readings lost because
+    this reader was too slow.
 
     It needs no `close`: the daemon keeps nothing for it. Belongs to one thread.
     """
@@ -173,13 +178,13 @@ class ReadingStream(FixedAttributes, Iterator[SensorReading[Measured]], Generic[
         return self
 
     def __next__(self) -> SensorReading[Measured]:
-        """The next reading."""
+        """Returns the next reading."""
         if not self._is_open:
             raise StopIteration
         return self.wait(None)
 
     def wait(self, timeout: float | None) -> SensorReading[Measured]:
-        """The next reading. Raises `DeadlineExceeded` if none comes within so many seconds."""
+        """Returns the next reading. Raises `DeadlineExceeded` if none arrives within `timeout` seconds."""
         begin = time.monotonic()
         while not self._ahead:
             if not self._is_open:
@@ -229,7 +234,8 @@ class _ReadingWatch(Watch[SensorReading[Measured]], Generic[Measured]):
         return found[0] if found else None
 
     def wait(self, timeout: float | None) -> SensorReading[Measured]:
-        """The next reading. Raises `DeadlineExceeded` if none comes within so many seconds, and `NoReading` for a camera."""
+        """Returns the next reading. Raises `DeadlineExceeded` if none arrives within `timeout` seconds, and
+        `NoReading` for a camera."""
         if self._last is None:
             self._wait_for_the_first(timeout)
         return super().wait(timeout)
@@ -258,13 +264,13 @@ class _ReadingWatch(Watch[SensorReading[Measured]], Generic[Measured]):
 
 
 def _refuse_the_silent(info: SensorInfo) -> None:
-    """Raises `NoReading` for a sensor that never has one."""
+    """Raises `NoReading` for a sensor that never has readings."""
     if info.unavailable:
         raise NoReading(f"sensor `{info.name}` of robot `{info.robot}` has no readings: {info.unavailable}")
 
 
 def listed_sensors(connection: Connection, robot: str) -> tuple[SensorInfo, ...]:
-    """The sensors of a robot, or of all if its name is empty."""
+    """Returns the sensors of a robot, or of all if its name is empty."""
     answer = connection.call(methods.ListSensors, proto.ListSensorsRequest(robot=robot))
     return tuple(sensor_from_proto(each) for each in answer.sensors)
 
@@ -272,13 +278,13 @@ def listed_sensors(connection: Connection, robot: str) -> tuple[SensorInfo, ...]
 def newest_readings(
     connection: Connection, selections: list[proto.SensorSelection]
 ) -> dict[tuple[str, str], SensorReading[Any]]:
-    """The newest reading of each sensor that has one, by robot and sensor."""
+    """Returns the newest reading of each sensor that has one, by robot and sensor."""
     request = proto.GetSensorReadingsRequest(selections=selections)
     answer = connection.call(methods.GetSensorReadings, request)
     return {(of.robot, of.sensor): reading for of in answer.sensors for reading in readings_from_proto(of)}
 
 
 def deleted(connection: Connection, robot: str, name: str) -> Stamp:
-    """Takes a sensor away."""
+    """Removes a sensor."""
     request = proto.DeleteSensorRequest(robot=robot, name=name)
     return stamp_from_proto(connection.call(methods.DeleteSensor, request).stamp)

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/trajectory.py by tools/make_blocking.py; do not edit.
-"""A trajectory that joints carry out."""
+"""A trajectory that joints execute."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from simd_client.world import Stamp, stamp_from_proto
 
 
 class Trajectory(FixedAttributes):
-    """A trajectory that was accepted: it is carried out by the daemon, whatever becomes of this object."""
+    """An accepted trajectory. The daemon executes it, even if this object is dropped."""
 
     robot: str
-    """The name of its robot."""
+    """Name of its robot."""
     id: int
-    """The daemon's number for it."""
+    """Number that the daemon gave it."""
 
     def __init__(self, connection: Connection, robot: str, id: int, events: EventWatch) -> None:
         self._connection = connection
@@ -31,7 +31,8 @@ class Trajectory(FixedAttributes):
         self.id = id
 
     def wait(self, timeout: float | None = None) -> TrajectoryResult:
-        """How it ended, once it has. Raises `DeadlineExceeded` if that takes longer than so many wall seconds."""
+        """Returns its result once it has ended. Raises `DeadlineExceeded` if that takes longer than `timeout`
+        wall seconds."""
         begin = time.monotonic()
         while self._result is None:
             left = None if timeout is None else begin + timeout - time.monotonic()
@@ -41,7 +42,7 @@ class Trajectory(FixedAttributes):
         return self._result
 
     def progress(self) -> TrajectoryProgress | None:
-        """How far it is; `None` where it is over."""
+        """Returns its progress; `None` once it has ended."""
         answer = self._connection.call(
             methods.ListTrajectories, proto.ListTrajectoriesRequest(robot=self.robot)
         )
@@ -49,7 +50,8 @@ class Trajectory(FixedAttributes):
         return next((progress_from_proto(each) for each in mine), None)
 
     def cancel(self) -> Stamp:
-        """Ends it. Its joints hold where they are. Raises `InvalidValue` if it has ended already."""
+        """Ends the trajectory. Its joints hold where they are. Raises `InvalidValue` if it has ended
+        already."""
         request = proto.CancelTrajectoryRequest(robot=self.robot, id=self.id)
         return stamp_from_proto(self._connection.call(methods.CancelTrajectory, request).stamp)
 
