@@ -9,9 +9,9 @@
         sim.step(1000)
         print(arm.position)
 
-`Simulation` is a connection, `Robot` and `Joint` are in its world, `Target` is what a joint's actuator does,
-`SimdError` is the base of all refusals. `simd_client.aio` is the same client for asyncio, `simd_client.proto` has the
-messages of the schema.
+`Simulation` is a connection, `Robot` and `Joint` are in its world, `Target` is a command for a joint's
+actuator. `SimdError` is the base of all refusals. `simd_client.aio` is the same client for asyncio,
+`simd_client.proto` has the messages of the schema.
 """
 
 from simd_client.blocking.callbacks import Callbacks

@@ -1,4 +1,4 @@
-"""Objects that refuse attributes that they do not have: `joint.traget = 0.5` raises, and says what was meant."""
+"""Objects that refuse unknown attributes: `joint.traget = 0.5` raises, and suggests the intended name."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ _NOT_VALUES = ("self", "names", "beyond_limit")
 
 
 class FixedAttributes:
-    """A class whose objects take no new attributes. Names that begin with `_`, and classes of other packages that derive from it,
-    are free. A public name that is annotated in the class is assigned once, by the class itself."""
+    """Base class of objects that take no new attributes. Names that begin with `_` are free, and so are
+    derived classes of other packages. A public name that is annotated in the class is assigned once, by the
+    class itself."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name[0] != "_" and not _may_assign(type(self), name, name in self.__dict__):
@@ -41,7 +42,7 @@ def _refusal(kind: type, name: str) -> str:
 
 
 def _meant(kind: type, name: str) -> str | None:
-    """What sets a value of that name, or of the name that is most like it."""
+    """Returns the setter of the value with this name, or with the most similar name."""
     setters = _setters(kind)
     if name in setters:
         return setters[name]
@@ -54,7 +55,8 @@ def _meant(kind: type, name: str) -> str | None:
 
 @cache
 def _setters(kind: type) -> dict[str, str]:
-    """How each value is set, by its name: by a property, by `set_NAME`, or by an argument of another `set_...`."""
+    """Returns the setter of each value, by its name: a property, `set_NAME`, or an argument of another
+    `set_...`."""
     found: dict[str, str] = {}
     members = {name: inspect.getattr_static(kind, name) for name in dir(kind) if not name.startswith("_")}
     found.update((name, name) for name, each in members.items() if isinstance(each, property) and each.fset is not None)

@@ -1,4 +1,4 @@
-"""What a client keeps of a world between calls: the layouts that it fetched and the claims that it holds."""
+"""Client-side copies of a world between calls: fetched layouts and held claims."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from simd_client.layout import Layout
 
 @dataclass(frozen=True)
 class HeldClaim:
-    """What this client has claimed."""
+    """A claim that this client holds."""
 
     secret: str
-    """A call that carries it acts for the claim."""
+    """Secret of the claim; a call that carries it acts for the claim."""
     joints: frozenset[tuple[str, str]]
     """`(robot, joint)` each; an empty joint means the whole robot."""
     world: bool = False
-    """What concerns all robots."""
+    """Whether it covers changes that affect all robots."""
 
 
 class Cache:
@@ -33,24 +33,24 @@ class Cache:
         self._stale: set[str] = set()
         self._claims: list[HeldClaim] = []
         self.lockstep_member = ""
-        """What each step carries; empty if this client steps alone."""
+        """Membership that each step carries; empty if this client steps alone."""
 
     def layout(self, robot: str) -> Layout | None:
-        """The layout that was fetched last, even if the robot was reloaded since."""
+        """Returns the last fetched layout, even if the robot was reloaded since."""
         return self._layouts.get(robot)
 
     def fresh_layout(self, robot: str) -> Layout | None:
-        """The layout that was fetched last, unless it is marked stale."""
+        """Returns the last fetched layout, unless it is marked stale."""
         return None if robot in self._stale else self._layouts.get(robot)
 
     def keep_layout(self, layout: Layout) -> None:
-        """Stores a layout that was fetched."""
+        """Stores a fetched layout."""
         with self._lock:
             self._layouts[layout.robot] = layout
             self._stale.discard(layout.robot)
 
     def mark_stale(self, robot: str) -> None:
-        """The robot's layout or limits have changed: the layout has to be fetched again."""
+        """Marks the layout stale: the robot's layout or limits have changed."""
         with self._lock:
             self._stale.add(robot)
 
@@ -65,18 +65,18 @@ class Cache:
             raise
 
     def keep_claim(self, held: HeldClaim) -> None:
-        """From now on, calls for what is claimed carry the claim."""
+        """Makes calls for claimed things carry the claim from now on."""
         with self._lock:
             self._claims = [*self._claims, held]
 
     def drop_claim(self, secret: str) -> None:
-        """From now on, no call carries the claim."""
+        """Makes calls stop carrying the claim from now on."""
         with self._lock:
             self._claims = [held for held in self._claims if held.secret != secret]
 
     def claim_for(self, joints: Iterable[tuple[str, str]]) -> str:
-        """The claim that a call for these joints must carry; empty for none. Raises `ValueError` if it would
-        need two, because a call carries one."""
+        """Returns the claim that a call for these joints must carry; empty for none. Raises `ValueError` if
+        it would need two, because a call carries one."""
         if not self._claims:
             return ""
         wanted = list(joints)
@@ -86,8 +86,9 @@ class Cache:
         return secrets.pop() if secrets else ""
 
     def carry_claim(self, request: Any) -> None:
-        """Lets a request that changes something carry a claim, if it can and names none."""
-        # First what is true of most programs: to look at a message's fields takes a part of a turn in the same process.
+        """Adds a claim to a changing request, if its message has the field and names none."""
+        # The common case comes first: reading a message's fields costs part of a round trip in the same
+        # process.
         if not self._claims:
             return
         fields = request.DESCRIPTOR.fields_by_name
@@ -97,15 +98,15 @@ class Cache:
         request.claim = self.claim_for_robots(named)
 
     def claim_for_robots(self, robots: Iterable[str]) -> str:
-        """The claim that a call for these robots carries, or, if there are none, a call for the world; empty for none.
-        The call carries one: if it would need two, the daemon refuses it."""
+        """Returns the claim that a call for these robots carries, or, without robots, a call for the world;
+        empty for none. The call carries one: if it would need two, the daemon refuses it."""
         named = set(robots)
         for held in self._claims:
             if named & {robot for robot, _ in held.joints}:
                 return held.secret
         if named or not self._claims:
             return ""
-        # Without a claim on the world, one's own is enough if no other client holds any.
+        # Without a claim on the world, the client's own claim is enough if no other client holds any.
         return next((held.secret for held in self._claims if held.world), self._claims[0].secret)
 
 

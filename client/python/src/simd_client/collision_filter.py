@@ -1,4 +1,4 @@
-"""What a robot touches: itself or not, and which pairs of links are switched off or on."""
+"""Collision filter of a robot: self-collision, and pairs of links that are switched off or on."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ class CollisionPair:
     link: str
     other_link: str
     enabled: bool | None
-    """Whether the two touch, whatever groups, masks and joints say; `None`: as those say."""
+    """Whether the two touch, regardless of groups, masks and joints; `None`: those rules decide."""
     other_robot: str = ""
     """Empty: the same robot."""
 
 
 @dataclass(frozen=True)
 class CollisionFilter:
-    """What a robot touches."""
+    """Collision filter of a robot."""
 
     self_collision: bool
-    """Its links touch each other, except those that a joint connects."""
+    """Whether its links touch each other, except links that a joint connects."""
     pairs: tuple[CollisionPair, ...]
-    """Those that are switched off or on: its own, then those with other robots."""
+    """Switched pairs: pairs within the robot, then pairs with other robots."""
 
 
 def collision_filter_from_proto(message: proto.GetCollisionFilterResponse) -> CollisionFilter:
-    """From its message."""
+    """Converts a filter from its message."""
     enabled = proto.PairCollision.PAIR_COLLISION_ENABLED
     pairs = (
         CollisionPair(each.link, each.other_link, each.collision == enabled, each.other_robot)
@@ -46,7 +46,7 @@ def collision_filter_from_proto(message: proto.GetCollisionFilterResponse) -> Co
 
 
 def collision_pair_to_proto(pair: CollisionPair) -> proto.CollisionPair:
-    """As a message."""
+    """Converts a pair to its message."""
     return proto.CollisionPair(
         link=pair.link,
         other_robot=pair.other_robot,

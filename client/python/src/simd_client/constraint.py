@@ -1,4 +1,4 @@
-"""Constraints between links: what they ask for, what they do, and how well they hold."""
+"""Constraints between links: their settings, forces and errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simd_client.enum_word import enum_name
 from simd_client.geometry import FloatArray, Pose, pose_from_proto, pose_to_proto, vector_from_proto
 
 ConstraintKind = Literal["weld", "point_to_point", "hinge", "slide", "gear", "distance"]
-"""What a constraint asks for; see `Constraints.create`."""
+"""Kind of constraint; see `Constraints.create`."""
 
 
 @dataclass(frozen=True)
@@ -22,72 +22,73 @@ class ConstraintEnd:
     robot: str = ""
     """Empty: the world."""
     link: str = ""
-    """Empty: the root link. Not for gears."""
+    """Empty: the root link. Not used by gears."""
     joint: str = ""
     """For gears: a joint that turns or slides."""
     pose: Pose | None = None
-    """link_from_frame, or world_from_frame. `None`: of the parent the link's frame, of the child where that of the
-    parent is now."""
+    """link_from_frame, or world_from_frame. `None`: the parent uses the link's frame, and the child the
+    parent's current frame."""
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """A constraint, and what it did over the last step."""
+    """A constraint, and its result over the last step."""
 
     name: str
     kind: ConstraintKind
     parent: ConstraintEnd
     child: ConstraintEnd
     axis: FloatArray | None
-    """Of a hinge or slide: of unit length, in the frames of both ends."""
+    """Axis of a hinge or slide: of unit length, in the frames of both ends."""
     ratio: float | None
-    """Of a gear: child = ratio * parent + offset."""
+    """Ratio of a gear: child = ratio * parent + offset."""
     offset: float | None
-    """Of a gear, rad or m."""
+    """Offset of a gear, rad or m."""
     length: float | None
-    """Of a distance, metres."""
+    """Length of a distance, metres."""
     rope: bool
-    """Of a distance: it pulls and does not push."""
+    """Whether a distance only pulls and never pushes."""
     max_force: float
-    """N; of a gear the effort on the child's joint, N m or N. Infinite: no limit."""
+    """Force limit, N; for a gear the effort on the child's joint, N m or N. Infinite: no limit."""
     max_torque: float
-    """N m. Infinite: no limit."""
+    """Torque limit, N m. Infinite: no limit."""
     breaks: bool
-    """It goes where it would need more than that."""
+    """Whether it is deleted when it would need more than its limits."""
     disable_collisions: bool
-    """The two links do not touch each other."""
+    """Whether the two links do not touch each other."""
     force: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """Mean force on the child over the last step, world axes, N; of a gear of a sliding joint along its axis."""
+    """Mean force on the child over the last step, world axes, N. For a gear of a sliding joint it is along
+    its axis."""
     torque: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """Mean torque on the child about `point`, world axes, N m; of a gear of a turning joint about its axis."""
+    """Mean torque on the child about `point`, world axes, N m. For a gear of a turning joint it is about its
+    axis."""
     point: FloatArray = field(default_factory=lambda: np.zeros(3))
-    """Where the force acts on both, world axes."""
+    """Point where the force acts on both, world axes."""
     position_error: float = 0.0
-    """How far the last step found the ends from where they are to be, metres; of a gear the unit of the child's joint."""
+    """Position error at the last step, metres; for a gear in the unit of the child's joint."""
     angle_error: float = 0.0
-    """The same of their orientations, rad."""
+    """Orientation error at the last step, rad."""
     velocity_residual: float = 0.0
-    """How fast the ends leave where they are to be, because other constraints or the limits are in the way: m/s or
-    rad/s."""
+    """Velocity of the position error that other constraints or the limits cause, m/s or rad/s."""
     angular_residual: float = 0.0
-    """The same of their orientations, rad/s."""
+    """Velocity of the orientation error, rad/s."""
     saturated: bool = False
-    """It did what it may do at the most."""
+    """Whether it reached its limit."""
 
 
 def kind_to_proto(kind: ConstraintKind) -> proto.ConstraintKind:
-    """As the enum's value. Raises `ValueError` for another word."""
+    """Converts a word to the enum's value. Raises `ValueError` for another word."""
     return proto.ConstraintKind.Value(enum_name("CONSTRAINT_KIND", kind, ConstraintKind, "kind of constraint"))  # type: ignore[return-value]
 
 
 def end_to_proto(end: ConstraintEnd) -> proto.ConstraintEnd:
-    """As a message."""
+    """Converts an end to its message."""
     pose = None if end.pose is None else pose_to_proto(end.pose)
     return proto.ConstraintEnd(robot=end.robot, link=end.link, joint=end.joint, pose=pose)
 
 
 def constraint_from_proto(message: proto.Constraint) -> Constraint:
-    """From its message."""
+    """Converts an end from its message."""
     name = proto.ConstraintKind.Name(message.kind).removeprefix("CONSTRAINT_KIND_").lower()
 
     def given(name: str) -> float | None:

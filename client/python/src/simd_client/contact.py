@@ -1,4 +1,4 @@
-"""Contact points between links, and what rays hit."""
+"""Contact points between links, and hits of rays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simd_client import proto
 from simd_client.geometry import FloatArray, vector_from_proto
 
 RAYS = 20_000
-"""The most rays in one request."""
+"""Maximum number of rays in one request."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Contact:
     robot_b: str
     link_b: str
     point: FloatArray
-    """Metres, in the middle between the two surfaces."""
+    """Metres, halfway between the two surfaces."""
     normal: FloatArray
     """Unit vector from a to b: the direction of the normal force on b."""
     depth: float
@@ -36,7 +36,7 @@ class Contact:
 
     @property
     def force(self) -> FloatArray:
-        """Newtons on b in all; a feels the opposite."""
+        """Total force on b, newtons; a feels the opposite."""
         return self.normal_force * self.normal + self.friction_force
 
 
@@ -51,7 +51,7 @@ class RayHits:
     links: tuple[str, ...]
     """Empty if the ray hit nothing."""
     fractions: FloatArray
-    """Where the hit is between start (0) and end (1); 1 if the ray hit nothing."""
+    """Position of the hit between start (0) and end (1); 1 if the ray hit nothing."""
     points: FloatArray
     """Metres, one row per ray: the hit, or the end of the ray."""
     normals: FloatArray
@@ -62,7 +62,7 @@ class RayHits:
 
 
 def contacts_from_proto(messages: Sequence[proto.Contact]) -> tuple[Contact, ...]:
-    """Contact points from their messages."""
+    """Converts contact points from their messages."""
     return tuple(
         Contact(
             robot_a=each.robot_a,
@@ -80,7 +80,8 @@ def contacts_from_proto(messages: Sequence[proto.Contact]) -> tuple[Contact, ...
 
 
 def ray_ends(starts: npt.ArrayLike, ends: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """One row per ray. Raises `ValueError` if the numbers of starts and ends do not match."""
+    """Builds requests with one row per ray. Raises `ValueError` if the numbers of starts and ends do not
+    match."""
     begin, end = _ends(starts, "starts"), _ends(ends, "ends")
     if len(begin) == 1 and len(end) > 1:
         begin = np.broadcast_to(begin, end.shape)
@@ -92,7 +93,7 @@ def ray_ends(starts: npt.ArrayLike, ends: npt.ArrayLike) -> tuple[FloatArray, Fl
 def ray_requests(
     begin: FloatArray, end: FloatArray, collision_mask: int | None = None
 ) -> Iterator[proto.CastRaysRequest]:
-    """As many requests as the rays need."""
+    """Splits the rays into requests."""
     for first in range(0, len(begin), RAYS):
         request = proto.CastRaysRequest(collision_mask=collision_mask)
         part = slice(first, first + RAYS)
@@ -105,7 +106,7 @@ def ray_requests(
 
 
 def hits_from_proto(hits: Sequence[proto.RayHit], end: FloatArray) -> RayHits:
-    """Hits from their messages; `end` is where the rays end."""
+    """Converts hits from their messages; `end` has the ends of the rays."""
     hit = np.array([each.hit for each in hits], dtype=np.bool_)
     points = _rows([each.point for each in hits])
     return RayHits(

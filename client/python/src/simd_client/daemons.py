@@ -1,4 +1,4 @@
-"""Which session is the daemon of which name: the client's half of `client/rust/src/zenoh/daemons.rs`."""
+"""Sessions of daemons by name: the client's half of `client/rust/src/zenoh/daemons.rs`."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from simd_client import keys
 from simd_client.zenoh_callbacks import callback
 
 KEPT = 4096
-"""Tokens that are remembered; more are not read."""
+"""Maximum number of remembered tokens; further ones are ignored."""
 
 
 class Daemons:
-    """What tokens said so far. May be used from several threads. It has no session: Zenoh's callbacks have it, and a
-    session that they lead back to would stay open when its program drops it."""
+    """Contents of the tokens so far. May be used from several threads. It holds no session: Zenoh's callbacks
+    hold it, and would keep a session open after its program drops it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -23,7 +23,7 @@ class Daemons:
         self._chosen: dict[str, str] = {}
 
     def look(self, session: zenoh.Session, timeout: float) -> None:
-        """Takes in the tokens that are there now."""
+        """Reads the current tokens."""
         ended = threading.Event()
 
         def arrived(reply: zenoh.Reply) -> None:
@@ -31,11 +31,11 @@ class Daemons:
                 self._hear(reply.ok)
 
         session.liveliness().get(keys.ALL_DAEMONS, callback(arrived, ended.set), timeout=timeout)
-        # Zenoh's own time limit does not always end it.
+        # Zenoh's own time limit does not always end the query.
         ended.wait(timeout)
 
     def follow(self, session: zenoh.Session, name: str) -> None:
-        """Takes in the tokens of one name that come and go from now on, until the session ends."""
+        """Follows tokens of one name from now on, until the session ends."""
         session.liveliness().declare_subscriber(keys.daemons_named(name), callback(self._hear), history=True)
 
     def _hear(self, sample: zenoh.Sample) -> None:
@@ -49,18 +49,18 @@ class Daemons:
                 self._here.add(found)
 
     def names(self) -> list[str]:
-        """Of the daemons that are there, sorted."""
+        """Names of the present daemons, sorted."""
         with self._lock:
             return sorted({name for name, _ in self._here})
 
     def sessions(self, name: str) -> list[str]:
-        """Ids of the sessions that say that they are the daemon of this name, sorted."""
+        """Returns ids of the sessions that claim this daemon name, sorted."""
         with self._lock:
             return sorted(zid for there, zid in self._here if there == name)
 
     def choose(self, name: str) -> str | None:
-        """The session that calls are meant for: the one that was meant before, for as long as it is there, else the
-        only one that has the name. `None` where there is none or where there are several."""
+        """Returns the session that receives calls: the previous one while it exists, else the only one with
+        the name. `None` if no session or several have it."""
         there = self.sessions(name)
         with self._lock:
             chosen = self._chosen.get(name)
@@ -73,7 +73,7 @@ class Daemons:
 
 
 def several(name: str, sessions: list[str]) -> str:
-    """Why none of several is taken."""
+    """Returns why none of several sessions is chosen."""
     return (
         f"several sessions say that they are the daemon `{name}`: {' and '.join(sessions)}; end all but one, or start "
         "it with another --name"

@@ -1,4 +1,4 @@
-"""Properties of a robot, and the report of how its description was read."""
+"""Properties of a robot, and the report on its description."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class LinkInfo:
 
     name: str
     parent: str
-    """Empty for the root."""
+    """Name of the parent link; empty for the root."""
     mass: float
     """Kilograms."""
     center_of_mass: FloatArray
-    """In the link's frame, metres."""
+    """Centre of mass in the link's frame, metres."""
     inertia: FloatArray
-    """About the centre of mass, in the link's axes, kg m^2: 3 by 3."""
+    """Inertia about the centre of mass, in the link's axes, kg m^2: 3 by 3."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class RobotInfo:
     """A robot in the world."""
 
     name: str
-    """In this world."""
+    """Name in this world."""
     model: str
     """`name` of its `<robot>`."""
     layout_version: int
@@ -41,7 +41,7 @@ class RobotInfo:
     is_fixed: bool
     """Whether its root link cannot move."""
     mass: float
-    """Of all links, kilograms."""
+    """Mass of all links, kilograms."""
     links: tuple[LinkInfo, ...]
     """In depth-first order; the first is the root."""
     joint_count: int
@@ -52,23 +52,23 @@ class RobotInfo:
     loaded_at_start: bool
     """The daemon loaded it at its start; a reset of scope `spawned` leaves it."""
     disabled_reason: str
-    """Set while the robot is out of the simulation because its state was not finite."""
+    """Set while the robot is disabled because its state was not finite."""
 
 
 class Severity(Enum):
-    """The severity of a finding."""
+    """Severity of a finding."""
 
     INFO = "info"
-    """Nothing to do."""
+    """Needs no action."""
     WARNING = "warning"
-    """The robot loads, but perhaps not as its author meant."""
+    """The robot loads, but perhaps not as its author intended."""
     ERROR = "error"
     """The robot is refused."""
     UNKNOWN = "unknown"
 
 
 class Disposition(Enum):
-    """What was done with an element."""
+    """Treatment of an element."""
 
     USED = "used"
     DEFAULTED = "defaulted"
@@ -85,29 +85,29 @@ class Finding:
     severity: Severity
     disposition: Disposition
     element: str
-    """Where, for instance `joint "elbow" limit`."""
+    """Location, for instance `joint "elbow" limit`."""
     line: int
-    """In the URDF, from 1; 0 where it does not apply."""
+    """Line in the URDF, from 1; 0 if it does not apply."""
     message: str
-    """A sentence: what was read, what was done, why."""
+    """A sentence: the text read, its treatment, the reason."""
     file: str = ""
-    """The mesh file that it is about, by its URI; empty where it is about the description."""
+    """URI of the mesh file concerned; empty for the description itself."""
 
 
 @dataclass(frozen=True)
 class LoadReport:
-    """How a description was read."""
+    """Report on a description that was read."""
 
     summary: str = ""
     findings: tuple[Finding, ...] = ()
 
     @property
     def warnings(self) -> tuple[Finding, ...]:
-        """The findings to look at: warnings and errors."""
+        """Returns the findings that need attention: warnings and errors."""
         return tuple(f for f in self.findings if f.severity in (Severity.WARNING, Severity.ERROR))
 
     def with_findings(self, more: tuple[Finding, ...]) -> LoadReport:
-        """The same report with findings of the client."""
+        """Returns the same report with findings of the client."""
         return LoadReport(self.summary, self.findings + more) if more else self
 
     def table(self) -> Table:
@@ -124,11 +124,11 @@ class LoadReport:
 
 @dataclass(frozen=True)
 class Reloaded:
-    """What a reload changed."""
+    """Changes by a reload."""
 
     report: LoadReport
     stamp: Stamp
-    """The first moment with the new description."""
+    """First moment with the new description."""
     added_joints: tuple[str, ...]
     removed_joints: tuple[str, ...]
 
@@ -148,7 +148,7 @@ _DISPOSITIONS = {
 
 
 def report_from_proto(message: proto.LoadReport) -> LoadReport:
-    """A report from its message."""
+    """Converts a report from its message."""
     findings = (
         Finding(
             severity=_SEVERITIES.get(each.severity, Severity.UNKNOWN),
@@ -164,7 +164,7 @@ def report_from_proto(message: proto.LoadReport) -> LoadReport:
 
 
 def robot_info_from_proto(message: proto.EntityInfo) -> RobotInfo:
-    """A robot from its message."""
+    """Converts a robot from its message."""
     return RobotInfo(
         name=message.name,
         model=message.model,

@@ -13,17 +13,17 @@ from simd_client.errors import XacroError
 from simd_client.expansion import Arguments, expanded, is_xacro
 
 PART_BYTES = 1024 * 1024
-"""Of one message: far below the daemon's limit, and large enough that round trips do not matter."""
+"""Bytes in one message: far below the daemon's limit, and large enough that round trips do not matter."""
 
 _MESHES_WITH_FILES = (".obj", ".mtl", ".dae", ".gltf", ".glb")
 
 AnyPath = str | os.PathLike[str]
 Packages = Mapping[str, AnyPath]
-"""Folders of ROS packages by the names of the packages."""
+"""Folders of ROS packages by package name."""
 
 
 class DescriptionFiles:
-    """A URDF, and what was found for its URIs."""
+    """A URDF, and the files found for its URIs."""
 
     def __init__(
         self,
@@ -32,8 +32,8 @@ class DescriptionFiles:
         xacro_arguments: Arguments | None = None,
         locator: Locator | None = None,
     ) -> None:
-        """Expands a xacro file; `locator` finds files, if it is given. Raises `NoUrdf` if there is no URDF at the path, and
-        `XacroError`."""
+        """Expands a xacro file; the optional `locator` finds files. Raises `NoUrdf` if no URDF exists at the
+        path, and `XacroError`."""
         urdf = find_urdf(path)
         self.name = urdf.name
         if is_xacro(urdf):
@@ -44,7 +44,7 @@ class DescriptionFiles:
             self.urdf = urdf.read_bytes()
         self._locator = Locator(urdf, packages) if locator is None else locator
         self.includes = includes(urdf)
-        """It is an SDF or MJCF, of which more is known once the files are there that it includes."""
+        """Whether it is an SDF or MJCF; its included files may name further files."""
         self.hashes: dict[str, str] = {}
         """By URI."""
         self.paths: dict[str, Path] = {}
@@ -53,11 +53,12 @@ class DescriptionFiles:
         """By URI."""
 
     def knows(self, uri: str) -> bool:
-        """Whether it was looked for."""
+        """Whether the URI was looked up."""
         return uri in self.hashes or uri in self.missing
 
     def find(self, uris: list[str]) -> None:
-        """Finds and hashes files that were not looked for yet; a visual and its collision shape often share one."""
+        """Finds and hashes files that were not looked up yet; a visual and its collision shape often share
+        one."""
         known = {path: sha256 for sha256, path in self.paths.items()}
         for uri in uris:
             if self.knows(uri):
@@ -74,19 +75,19 @@ class DescriptionFiles:
 
 
     def name_more(self, hashes: list[str]) -> bool:
-        """Whether any of these files may name others: an SDF or MJCF that is included, or a mesh with pictures."""
+        """Whether any of these files may name others: an included SDF or MJCF, or a mesh with pictures."""
         return any(self.includes or self.paths[each].suffix.lower() in _MESHES_WITH_FILES for each in hashes)
 
 
 def part_of(path: Path, offset: int) -> bytes:
-    """The bytes of a file from an offset on, as many as fit into one message."""
+    """Returns the bytes of a file from an offset on, as many as fit into one message."""
     with path.open("rb") as file:
         file.seek(offset)
         return file.read(PART_BYTES)
 
 
 def hash_of(path: Path) -> str:
-    """The SHA-256 of a file, in lower-case hexadecimal."""
+    """Returns the SHA-256 of a file, in lower-case hexadecimal."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while part := file.read(PART_BYTES):

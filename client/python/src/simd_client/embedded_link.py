@@ -1,4 +1,4 @@
-"""A world in this process: the link that the wheel `simd-embedded` makes."""
+"""A world in this process: the link to the wheel `simd-embedded`."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ _DEADLINE_EXCEEDED = "DEADLINE_EXCEEDED"
 _TARGETS = "JointService/SetJointTargets"
 # Wall seconds that targets without an answer wait for the world.
 _TARGETS_SECONDS = 1.0
-# Wall seconds after which the thread that reads notices looks whether its link is still there.
+# Wall seconds between checks by the notice thread that its link still exists.
 _LOOK = 1.0
 
 
 class World(Protocol):
-    """What the extension module gives: see `client/embedded/src/lib.rs`."""
+    """Interface of the extension module: see `client/embedded/src/lib.rs`."""
 
     @property
     def name(self) -> str:
-        """As a daemon has one."""
+        """Name, as daemons have one."""
         ...
 
     @property
@@ -63,7 +63,8 @@ class World(Protocol):
         ...
 
     def serve(self, address: str) -> tuple[str, int]:
-        """Serves the page and the services at `IP:PORT`. Returns where, with the descriptor of the socket."""
+        """Serves the page and the services at `IP:PORT`. Returns the address, with the descriptor of the
+        socket."""
         ...
 
     def keep_step(self, request: bytes) -> KeptStep:
@@ -80,11 +81,11 @@ RobotNumbers = tuple[str, int, list[float], list[float], list[float]]
 
 
 class KeptStep(Protocol):
-    """A step whose request is kept."""
+    """A step with a kept request."""
 
     def run(self, numbers: list[float], time_limit: float) -> tuple[int, float, list[RobotNumbers]]:
-        """Makes the step with other numbers of its targets, or with the last ones. Returns the sequence number and the simulation time
-        of the state after it, and joint states."""
+        """Makes the step with new numbers for its targets, or with the last ones. Returns the sequence
+        number, the simulation time of the state after it, and joint states."""
         ...
 
 
@@ -96,10 +97,10 @@ def is_installed() -> bool:
 def open_embedded(
     endpoint: Endpoint, config: str | os.PathLike[str] | Mapping[str, object] | None, serve: str | None = None
 ) -> EmbeddedLink:
-    """Opens a world in this process. `config` is the configuration of a daemon: its file, or values by dotted names. The page and the API
-    are served at `serve`, if it is given (`EmbeddedLink.serve`).
+    """Opens a world in this process. `config` is a daemon's configuration: its file, or values by dotted
+    names. The page and the API are served at the optional `serve` (`EmbeddedLink.serve`).
 
-    Raises `Unavailable` if the wheel is not installed, `EndpointError` for what is wrong with the configuration.
+    Raises `Unavailable` if the wheel is not installed, and `EndpointError` for errors in the configuration.
     """
     try:
         module: Any = importlib.import_module(MODULE)
@@ -125,7 +126,7 @@ def open_embedded(
 def _arguments(
     endpoint: Endpoint, config: str | os.PathLike[str] | Mapping[str, object] | None
 ) -> list[str]:
-    """Flags of the program `simd` that say the same."""
+    """Returns the equivalent flags of the program `simd`."""
     arguments: list[str] = []
     if isinstance(config, Mapping):
         arguments += [f"--set={name}={_value(value)}" for name, value in config.items()]
@@ -137,7 +138,7 @@ def _arguments(
 
 
 def _value(value: object) -> str:
-    """A value as flags have it."""
+    """Returns a value in the form of flags."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, os.PathLike):
@@ -149,7 +150,7 @@ def _value(value: object) -> str:
 
 @dataclass(frozen=True)
 class _Begun:
-    """What is called with the notices of a ticket."""
+    """Callbacks for the notices of a ticket."""
 
     arrived: Callable[[Answer], None]
     ended: Callable[[], None]
@@ -157,17 +158,18 @@ class _Begun:
 
 
 class EmbeddedLink(Link):
-    """A world in this process. Calls are made on the caller's thread; a thread of the link reads notices of what was begun."""
+    """A world in this process. Calls run on the caller's thread. A thread of the link reads notices of
+    requests and subscriptions."""
 
     def __init__(self, world: World, refusal: type[Exception], endpoint: Endpoint) -> None:
         super().__init__(endpoint, world.name)
         self._world = world
         self._refusal = refusal
-        # Held while something is begun, so that no notice of it is read before it is known.
+        # Held while a request begins, so that no notice of it is read before it is registered.
         self._lock = threading.Lock()
         self._begun: dict[int, _Begun] = {}
         self._reader: _NoticeReader | None = None
-        # Where it is served, and the descriptor of the socket.
+        # Address where it is served, and the descriptor of the socket.
         self._served: tuple[str, int] | None = None
 
     @property
@@ -182,11 +184,12 @@ class EmbeddedLink(Link):
             self._world.close()
 
     def serve(self, address: str, says: bool = True) -> str:
-        """Serves the page and the API (gRPC, HTTP) at `IP:PORT`, from threads of the world, until it ends. Returns the address. If the port
-        is taken, it is a free one, and a line on stderr `says` so. Processes that are forked do not serve.
+        """Serves the page and the API (gRPC, HTTP) at `IP:PORT`, from threads of the world, until it ends.
+        Returns the address. If the port is taken, it uses a free one, and a line on stderr `says` so. Forked
+        processes do not serve.
 
-        A world is served once: returns where, if it is served already. Raises `EndpointError` for any other reason, as an address that
-        other machines reach.
+        A world is served once; if it is served already, this returns the address. Raises `EndpointError` for
+        any other failure, for instance an address that other machines reach.
         """
         self._check_process()
         if self._served is not None:
@@ -206,7 +209,8 @@ class EmbeddedLink(Link):
         return served
 
     def mark_forked(self) -> None:
-        """Closes the socket of what is served: this process does not serve, and would keep the port when the other one ends."""
+        """Closes the socket of the server. This forked process does not serve, and would keep the port after
+        the other one ends."""
         super().mark_forked()
         if self._served is not None:
             os.close(self._served[1])
@@ -308,7 +312,7 @@ class EmbeddedLink(Link):
             begun.ended()
 
     def end_all(self) -> None:
-        """No notice comes any more: all that was begun has ended."""
+        """Handles the end of notices: all requests and subscriptions have ended."""
         with self._lock:
             begun, self._begun = list(self._begun.values()), {}
         for each in begun:
@@ -325,12 +329,12 @@ class EmbeddedLink(Link):
             raise self.unavailable() from None
 
     def unavailable(self) -> Unavailable:
-        """The exception for a call to a world that has ended."""
+        """Returns the exception for a call to a world that has ended."""
         return Unavailable("the connection to the world in this process is closed")
 
 
 class _Subscribed:
-    """A subscription, which ends when it is no longer held."""
+    """A subscription; it ends when the object is released."""
 
     def __init__(self, link: EmbeddedLink, ticket: int) -> None:
         self._link = link
@@ -347,7 +351,8 @@ class _Subscribed:
 
 
 class _NoticeReader:
-    """The thread that reads notices. It does not keep the program from ending, and ends where its link is no longer held."""
+    """Thread that reads notices. It does not keep the program from ending, and ends when its link is
+    released."""
 
     def __init__(self, link: EmbeddedLink, world: World) -> None:
         self._link = weakref.ref(link)
@@ -360,7 +365,7 @@ class _NoticeReader:
         self._thread.start()
 
     def end(self) -> None:
-        """It ends when the world is closed, which comes next."""
+        """The thread ends when the world is closed, which comes next."""
         self._is_ending = True
 
     def wait(self, timeout: float | None) -> bool:

@@ -39,9 +39,9 @@ class Endpoint:
     """The address of a daemon, and its name."""
 
     locator: str
-    """The locator of Zenoh, `PROTOCOL/ADDRESS`; `http://HOST:PORT` until that is found; or `embedded`."""
+    """Locator of Zenoh, `PROTOCOL/ADDRESS`; `http://HOST:PORT` until the locator is known; or `embedded`."""
     name: str | None = None
-    """`None` if it was not given: the only daemon there, else `simd`."""
+    """Name of the daemon. `None` if it was not given: the only daemon there, else `simd`."""
 
     @property
     def is_embedded(self) -> bool:
@@ -50,7 +50,7 @@ class Endpoint:
 
     @property
     def is_http(self) -> bool:
-        """Whether the HTTP port of the daemon has to be asked for the locator."""
+        """Whether the locator must be requested at the daemon's HTTP port."""
         return "://" in self.locator
 
     def __str__(self) -> str:
@@ -63,7 +63,7 @@ def is_name(text: str) -> bool:
 
 
 def read_endpoint(text: str | None, name: str | None = None) -> Endpoint:
-    """The endpoint of `text`, else of `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`.
+    """Returns the endpoint of `text`, else of `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`.
 
     `name` takes precedence over one in the text.
     """
@@ -91,7 +91,7 @@ def _of_http(text: str, parts: re.Match[str], name: str | None) -> Endpoint:
     if not 1 <= port <= 65535:
         raise EndpointError(f"`{text}` is not an endpoint: its port is not a number from 1 to 65535")
     if scheme in ("http", "https"):
-        # The page keeps there what it shows.
+        # The page keeps its view state there.
         rest = "" if rest[:1] in ("?", "#") else rest
         if rest:
             raise EndpointError(f"`{text}` is not an endpoint: the address of a page ends with its port")

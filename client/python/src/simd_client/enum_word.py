@@ -1,4 +1,4 @@
-"""Words and counts that a caller gives, as messages have them: what cannot be is refused in a sentence."""
+"""Conversion of a caller's words and counts to messages; invalid ones are refused with a sentence."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from typing import Any, get_args
 
 
 def enum_name(prefix: str, word: str, words: Any, what: str) -> str:
-    """The name of an enum's value: its prefix and one of the words of a `Literal`. Raises `ValueError` for another word, of
-    which it says what it would be."""
+    """Returns the name of an enum's value: its prefix and one of the words of a `Literal`. Raises
+    `ValueError` for another word; `what` names the argument."""
     known: tuple[str, ...] = get_args(words)
     if word.lower() not in known:
         raise ValueError(f"there is no {what} {word!r}; give {_one_of(known)}")
@@ -15,7 +15,7 @@ def enum_name(prefix: str, word: str, words: Any, what: str) -> str:
 
 
 def count_within(what: str, value: int, most: int) -> int:
-    """The same number. Raises `ValueError` where it is no count of so many bits."""
+    """Returns the number. Raises `ValueError` unless it is from 0 to `most`."""
     if not 0 <= value <= most:
         raise ValueError(f"{what} is {value}; give a number from 0 to {most}")
     return value

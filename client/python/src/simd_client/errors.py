@@ -1,4 +1,4 @@
-"""An exception for each reason for which a call can fail. All are a `SimdError`."""
+"""Exceptions of calls, one for each reason. All are a `SimdError`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SimdError(Exception):
     reason: str = ""
     """A constant for programs, for instance `ROBOT_NOT_FOUND`; empty unless the daemon refused the call."""
     metadata: Mapping[str, str] = MappingProxyType({})
-    """What the reason is about, by the keys that the schema gives: `robot`, `joint`, ..."""
+    """Context of the reason, by the keys that the schema gives: `robot`, `joint`, ..."""
     fields: Mapping[str, str] = MappingProxyType({})
     """Fields of the request that are at fault, each with its description."""
     sent: Sent | None = None
@@ -49,7 +49,7 @@ class EndpointError(SimdError, ValueError):
 
 
 class NoUrdf(SimdError):
-    """There is no URDF at a path on this disk."""
+    """No URDF exists at a path on this disk."""
 
     code = "NOT_FOUND"
 
@@ -61,7 +61,7 @@ class XacroError(NoUrdf):
 
 
 class AnswerError(SimdError):
-    """The daemon answered something that its schema does not allow."""
+    """The daemon's answer violates its schema."""
 
     code = "INTERNAL"
 
@@ -101,11 +101,11 @@ class RobotExists(Refused):
 
 
 class InvalidValue(Refused, ValueError):
-    """A number is NaN, infinite or out of its range, or a field that must be given is not."""
+    """A number is NaN, infinite or out of its range, or a required field is missing."""
 
 
 class JointNotActuated(Refused):
-    """The joint cannot do that, for instance take a target where it is fixed."""
+    """The joint does not support the request, for instance a target for a fixed joint."""
 
 
 class TargetBeyondLimit(Refused):
@@ -129,7 +129,7 @@ class UploadMismatch(Refused):
 
 
 class MailboxFull(Refused):
-    """The daemon has too much to do; try again."""
+    """The daemon is overloaded; try again."""
 
 
 class LimitExceeded(Refused):
@@ -137,7 +137,7 @@ class LimitExceeded(Refused):
 
 
 class WrongState(Refused):
-    """The simulation is in another state, for instance playing where the call needs it paused."""
+    """The simulation is in another state, for instance playing although the call needs it paused."""
 
 
 class VersionMismatch(Refused):
@@ -157,15 +157,16 @@ class WorldClaimed(Refused):
 
 
 class WorldNotClaimed(Refused):
-    """What concerns everybody needs a claim on the world while another client holds a claim. Metadata: `holder`."""
+    """Changes that affect everybody need a claim on the world while another client holds a claim. Metadata:
+    `holder`."""
 
 
 class ClaimNotFound(NotFound):
-    """There is no such claim: it was released, it lapsed, or another one took over."""
+    """The claim does not exist: it was released, it lapsed, or another client took over."""
 
 
 class LockstepMemberNotFound(NotFound):
-    """There is no such member in lockstep: it left, or did not ask for its next step in its time."""
+    """The lockstep member does not exist: it left, or did not ask for its next step in time."""
 
 
 class RobotNotAllowed(Refused):
@@ -197,15 +198,15 @@ class SensorExists(Refused):
 
 
 class NoRenderer(Refused):
-    """A picture is wanted, and no renderer draws this world: start `simd-camera`."""
+    """A picture was requested, and no renderer draws this world: start `simd-camera`."""
 
 
 class PictureTimeout(Refused):
-    """No renderer drew the picture within the time that was asked for."""
+    """No renderer drew the picture within the requested time."""
 
 
 class PictureFailed(Refused):
-    """Renderers could not draw the picture; the message says why."""
+    """Renderers could not draw the picture; the message has the reason."""
 
 
 class InvalidSavedState(Refused):
@@ -213,8 +214,8 @@ class InvalidSavedState(Refused):
 
 
 class RecordingNotPossible(Refused):
-    """No recording can be made or deleted now: no folder is configured or it cannot be used, another recording is being
-    made, or none is."""
+    """No recording can be made or deleted now. The folder is missing or unusable, another recording is in
+    progress, or none is."""
 
 
 class RecordingNotFound(NotFound):
@@ -266,15 +267,15 @@ class ParameterExists(Refused):
 
 
 class RequestIdReused(Refused):
-    """The id of a request is that of another one. Metadata: `request_id`."""
+    """The request's id belongs to another request. Metadata: `request_id`."""
 
 
 class Unauthenticated(Refused):
-    """The daemon asks for a token (`SIMD_TOKEN`), and there is none, or it is unknown, was revoked or has expired."""
+    """The daemon requires a token (`SIMD_TOKEN`). It is missing, unknown, revoked or expired."""
 
 
 class RoleTooLow(Refused):
-    """The token is that of a lower role than the call needs."""
+    """The token has a lower role than the call needs."""
 
 
 Missing = TypeVar("Missing", bound=NotFound)
@@ -282,21 +283,21 @@ Refusal = TypeVar("Refusal", bound=Refused)
 
 
 def not_found(kind: type[Missing], message: str, **metadata: str) -> Missing:
-    """The error for a name that is not in what was fetched: equal to the daemon's own."""
+    """Returns the error for a name that was not fetched: equal to the daemon's error."""
     error = kind(message)
     error.reason, error.metadata = _reason_of(kind), metadata
     return error
 
 
 def refused_here(kind: type[Refusal], code: str, message: str) -> Refusal:
-    """The error for what this client refuses without asking: equal to the daemon's own."""
+    """Returns the error for a local refusal: equal to the daemon's error."""
     error = kind(message)
     error.code, error.reason = code, _reason_of(kind)
     return error
 
 
 def listed(names: Iterable[str], wanted: str | None = None) -> str:
-    """Names for a sentence: `a`, `b`; with a name that was `wanted` also the one that is most like it."""
+    """Formats names for a sentence: `a`, `b`; with a `wanted` name it adds the most similar one."""
     names = list(names)
     there = ", ".join(f"`{name}`" for name in names) or "none"
     meant = difflib.get_close_matches(wanted, names, 1, 0.6) if wanted else []
@@ -312,7 +313,7 @@ _AS_TYPED = [
 
 
 def as_typed(message: str) -> str:
-    """A sentence of the daemon with arguments as they are called here, where it has fields as the schema calls them."""
+    """Returns the daemon's sentence with argument names in place of the schema's field names."""
     for path, name in _AS_TYPED:
         message = path.sub(name, message)
     return message
@@ -334,7 +335,7 @@ def _reasons() -> dict[str, type[Refused]]:
 
 
 REASONS: Mapping[str, type[Refused]] = MappingProxyType(_reasons())
-"""The exception of each reason, by its name on the wire: `ROBOT_NOT_FOUND` is `RobotNotFound`."""
+"""Returns the exception of each reason, by its name on the wire: `ROBOT_NOT_FOUND` is `RobotNotFound`."""
 
 _CODES = (
     "OK CANCELLED UNKNOWN INVALID_ARGUMENT DEADLINE_EXCEEDED NOT_FOUND ALREADY_EXISTS PERMISSION_DENIED "
@@ -350,7 +351,7 @@ def refusal(
     metadata: Mapping[str, str],
     fields: Mapping[str, str] | None = None,
 ) -> Refused:
-    """The exception for a refusal of the daemon.
+    """Returns the exception for a refusal of the daemon.
 
     `code` is the number of the canonical gRPC code; `reason` has no prefix.
     """

@@ -17,11 +17,12 @@ class Event:
     """From 1, without gaps."""
     stamp: Stamp
     kind: str
-    """Its field's name in the schema, for instance `entity_spawned`; empty for one that only a newer client knows."""
+    """Name of its field in the schema, for instance `entity_spawned`; empty for an event that only a newer
+    client knows."""
     detail: Any
     """The message of that field, for instance `proto.EntitySpawned`."""
     missed: int = 0
-    """The number of events before this one that were lost because this reader was too slow."""
+    """Number of events before this one that were lost because this reader was too slow."""
 
     def __repr__(self) -> str:
         said = str(self.detail).replace("\n", " ").strip() if self.detail is not None else ""
@@ -29,7 +30,7 @@ class Event:
 
 
 def event_from_proto(message: proto.Event, missed: int = 0) -> Event:
-    """An event from its message."""
+    """Converts an event from its message."""
     kind = cast("str | None", message.WhichOneof("kind"))
     return Event(
         sequence=message.sequence,

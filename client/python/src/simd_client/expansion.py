@@ -1,4 +1,4 @@
-"""Expands xacro with the official package, an extra of this one (`extras.XACRO`)."""
+"""Expands xacro with the official package, an optional extra (`extras.XACRO`)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from simd_client.assets import package
 from simd_client.assets.package import RosPaths
 from simd_client.errors import XacroError
 
-# The package keeps what it works on in its module.
+# The package keeps its working state in its module.
 _lock = threading.Lock()
 
 Arguments = Mapping[str, object]
@@ -30,9 +30,9 @@ def is_xacro(path: Path) -> bool:
 def expanded(
     path: Path, arguments: Arguments | None, packages: Mapping[str, str | os.PathLike[str]] | None
 ) -> bytes:
-    """The URDF that a xacro file makes. `$(find NAME)` looks in `packages`, where ROS has them, and in the folders above
-    the file; paths below a package found so become `package://NAME/...`. Expressions are Python's: expand only files
-    that you trust.
+    """Returns the expanded URDF of a xacro file. `$(find NAME)` searches `packages`, then ROS's folders, then
+    the folders above the file; paths below a found package become `package://NAME/...`. Expressions are
+    Python: expand only files that you trust.
 
     Raises `XacroError`, also if the package `xacro` is not installed.
     """
@@ -69,7 +69,7 @@ def expanded(
 
 
 def _text(value: object) -> str:
-    """An argument as xacro reads it."""
+    """Converts an argument as xacro reads it."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -1,4 +1,5 @@
-"""How what is not installed can be had: commands for messages. Packages of the index by their own names, wheels of simd by their folder."""
+"""Install commands for missing packages, for messages. Packages of the index have their own names, wheels of
+simd their folder."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def vector(values: npt.ArrayLike, length: int, what: str) -> FloatArray:
-    """A float64 vector of that length. Raises `ValueError` for another length."""
+    """Returns a float64 vector of this length. Raises `ValueError` for another length."""
     array = np.asarray(values, dtype=np.float64)
     if array.shape != (length,):
         raise ValueError(f"{what} has {length} numbers, not the shape {array.shape}")
@@ -23,7 +23,7 @@ def vector(values: npt.ArrayLike, length: int, what: str) -> FloatArray:
 
 
 def rotation_vector(orientation: npt.ArrayLike) -> FloatArray:
-    """Axis times angle of a quaternion x y z w of any length but zero, rad, the short way round."""
+    """Returns axis times angle of a quaternion x y z w of any nonzero length, rad, the short way round."""
     quaternion = vector(orientation, 4, "an orientation (x y z w)")
     part, w = (quaternion[:3], quaternion[3]) if quaternion[3] >= 0.0 else (-quaternion[:3], -quaternion[3])
     sine = float(np.linalg.norm(part))
@@ -31,7 +31,7 @@ def rotation_vector(orientation: npt.ArrayLike) -> FloatArray:
 
 
 def rows(values: Sequence[float], columns: int) -> FloatArray:
-    """Packed numbers as a float64 matrix with so many columns."""
+    """Returns packed numbers as a float64 matrix with `columns` columns."""
     return np.reshape(np.array(values, dtype=np.float64), (-1, columns) if columns else (0, 0))
 
 
@@ -54,11 +54,11 @@ class Pose:
 
     @staticmethod
     def of(position: npt.ArrayLike = (0, 0, 0), orientation: npt.ArrayLike = (0, 0, 0, 1)) -> Pose:
-        """From any sequences of three and of four numbers."""
+        """Builds a pose from any sequences of three and of four numbers."""
         return Pose(vector(position, 3, "a position"), vector(orientation, 4, "an orientation (x y z w)"))
 
     def matrix(self) -> FloatArray:
-        """The homogeneous transform, 4 by 4."""
+        """Returns the homogeneous transform, 4 by 4."""
         x, y, z, w = self.orientation / np.linalg.norm(self.orientation)
         matrix = np.eye(4)
         matrix[:3, :3] = [
@@ -81,7 +81,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Twist:
-    """A velocity in world axes, of the origin of the frame that moves."""
+    """A velocity in world axes, at the origin of the moving frame."""
 
     linear: FloatArray = field(default_factory=_origin)
     """Metres per second."""
@@ -90,7 +90,7 @@ class Twist:
 
     @staticmethod
     def of(linear: npt.ArrayLike = (0, 0, 0), angular: npt.ArrayLike = (0, 0, 0)) -> Twist:
-        """From any sequences of three numbers."""
+        """Builds a twist from any sequences of three numbers."""
         return Twist(vector(linear, 3, "a linear velocity"), vector(angular, 3, "an angular velocity"))
 
     def __eq__(self, other: object) -> bool:
@@ -104,25 +104,25 @@ class Twist:
 
 
 def vector_to_proto(values: npt.ArrayLike, what: str) -> proto.Vector3:
-    """Three numbers as a message."""
+    """Converts three numbers to a message."""
     x, y, z = vector(values, 3, what).tolist()
     return proto.Vector3(x=x, y=y, z=z)
 
 
 def vector_from_proto(message: proto.Vector3) -> FloatArray:
-    """Three numbers from a message."""
+    """Converts three numbers from a message."""
     return np.array([message.x, message.y, message.z])
 
 
 def pose_to_proto(pose: Pose) -> proto.Pose:
-    """A pose as a message."""
+    """Converts a pose to a message."""
     x, y, z, w = vector(pose.orientation, 4, "an orientation (x y z w)").tolist()
     position = vector_to_proto(pose.position, "a position")
     return proto.Pose(position=position, orientation=proto.Quaternion(x=x, y=y, z=z, w=w))
 
 
 def pose_from_proto(message: proto.Pose) -> Pose:
-    """A pose from a message; an absent orientation is no rotation."""
+    """Converts a pose from a message; an absent orientation is no rotation."""
     turn = message.orientation
     orientation = np.array([turn.x, turn.y, turn.z, turn.w])
     if not orientation.any():
@@ -131,7 +131,7 @@ def pose_from_proto(message: proto.Pose) -> Pose:
 
 
 def twist_to_proto(twist: Twist) -> proto.Twist:
-    """A velocity as a message."""
+    """Converts a velocity to a message."""
     return proto.Twist(
         linear=vector_to_proto(twist.linear, "a linear velocity"),
         angular=vector_to_proto(twist.angular, "an angular velocity"),
@@ -139,5 +139,5 @@ def twist_to_proto(twist: Twist) -> proto.Twist:
 
 
 def twist_from_proto(message: proto.Twist) -> Twist:
-    """A velocity from a message."""
+    """Converts a velocity from a message."""
     return Twist(vector_from_proto(message.linear), vector_from_proto(message.angular))

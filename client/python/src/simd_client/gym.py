@@ -28,17 +28,18 @@ except ImportError as missing:
     raise ImportError(f"environments need gymnasium: {extras.GYM}") from missing
 
 BoolArray = npt.NDArray[np.bool_]
-"""An array of yes and no."""
+"""Boolean array."""
 
 
 class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
-    """Environments that are copies of one world, of which the world itself is none. An action is what the actuators do for
-    `steps` steps; an observation is the robot's joint positions and velocities, of a free root its pose and twist, and what
-    `observe` asks for.
+    """Environments that are copies of one world; the world itself is none of them. An action holds for
+    `steps` steps of the actuators. An observation has the robot's joint positions and velocities, a free
+    root's pose and twist, and the readings of `observe`.
 
-    Each step is one rollout, from the positions and velocities that the copies ended with. Nothing else of a state is kept: what
-    touches begins each action with new impulses. Environments are reset by the step after they ended
-    (`AutoresetMode.NEXT_STEP`); a copy whose state is no longer finite is terminated, with the reward `failure`.
+    Each step is one rollout, from the final positions and velocities of the copies. No other state is kept:
+    contacts begin each action with new impulses. Environments are reset by the step after they ended
+    (`AutoresetMode.NEXT_STEP`). A copy with a state that is not finite is terminated, with the reward
+    `failure`.
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -64,16 +65,16 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         saved_state: str | SavedState = "",
         daemons: Sequence[Simulation] = (),
     ) -> None:
-        """`joints` are those that actions drive, by default all; `limit` bounds actions, for all joints or for each. An episode is
-        truncated after `episode` actions.
+        """`joints` are driven by actions, by default all; `limit` bounds actions, for all joints or for each.
+        An episode is truncated after `episode` actions.
 
-        The reward of an action is that of `reward(observations, actions)`, or by default what it cost, negative: the sum of
-        `costs` over its steps. `is_over(observations)` says which environments are terminated. A reset puts joints to where they are
-        in the world, or in a saved state, and adds normal deviates of the standard deviation `spread` to their positions and velocities.
-        `variations` are what environments differ in: masses, friction, damping, gains. Those that are drawn are drawn anew at each
-        reset of all environments, and hold until the next one. Each action begins with them, so that they cannot be of
-        positions and velocities: see `spread`.
-        `daemons` take parts of the copies, as of `Simulation.rollout`: they need `saved_state`.
+        The reward of an action is `reward(observations, actions)`, or by default its negative cost: the sum
+        of `costs` over its steps. `is_over(observations)` selects the terminated environments. A reset puts
+        joints to their positions in the world, or in a saved state. It adds normal deviates with the standard
+        deviation `spread` to positions and velocities. `variations` are the differences between environments:
+        masses, friction, damping, gains. Random ones are drawn again at each reset of all environments, and
+        hold until the next one. Each action begins with them, so they cannot be positions and velocities: see
+        `spread`. `daemons` take parts of the copies, as in `Simulation.rollout`: they need `saved_state`.
 
         Raises `ValueError` for a variation of positions or velocities.
         """
@@ -92,9 +93,9 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         self._is_over = is_over
         self._spread = spread
         self._variations = tuple(variations)
-        # What variations are drawn from.
+        # Source of random variations.
         self._draw = 0
-        # A source for each environment, where each has a seed of its own.
+        # Separate source for each environment with a separate seed.
         self._sources: list[np.random.Generator] = []
         self._failure = failure
         self._saved_state = saved_state
@@ -111,7 +112,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
             *observe,
         ]
         self._limit = np.broadcast_to(np.asarray(limit, dtype=np.float64), (len(self._driven),)).copy()
-        # What each part of a state is at a reset, a row for each copy.
+        # Values of each part of a state at a reset, a row for each copy.
         first = sim.rollout(1, copies=1, observe=self._observe, record_start=True, saved_state=saved_state)
         parts = first.observations[: self._state_parts]
         self._begin = [np.repeat(part[:, 0], copies, axis=0) for part in parts]
@@ -130,9 +131,9 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
     ) -> tuple[FloatArray, dict[str, Any]]:
         """Resets all environments, or those of `options["reset_mask"]`. Returns the observations.
 
-        `seed` is one for all of them, or one for each: then where an environment begins depends on its own alone, and is drawn
-        without one where that is `None`. What `variations` draw depends on all of them. Raises `ValueError` for another number of
-        seeds than there are environments.
+        `seed` is one for all of them, or one for each. With a seed for each, an environment's start depends
+        only on its seed, and is drawn without a seed for `None`. The draws of `variations` depend on all of
+        them. Raises `ValueError` if the number of seeds differs from the number of environments.
         """
         mask = (options or {}).get("reset_mask")
         if seed is None or isinstance(seed, (int, np.integer)):
@@ -144,7 +145,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
             if len(seeds) != self.num_envs:
                 raise ValueError(f"there are {len(seeds)} seeds for {self.num_envs} environments")
             sources = [np.random.default_rng(each) for each in seeds]
-            # Those that go on keep what they draw from.
+            # Environments that continue keep their sources.
             if mask is not None and self._sources:
                 sources = [new if put_back else old for new, old, put_back in zip(sources, self._sources, mask)]
             self._sources = sources
@@ -158,14 +159,15 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
     def step(
         self, actions: FloatArray
     ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Does an action in each environment. Those that ended with the last one are reset instead, with a reward of 0."""
+        """Applies an action in each environment. Environments that ended with the last one are reset instead,
+        with a reward of 0."""
         again = self._done.copy()
         self._put_back(again)
         bounded = np.clip(np.asarray(actions, dtype=np.float64), -self._limit, self._limit)
         control = Control(self._robot, bounded[:, None, :], self._driven, self._mode)
         found = self._roll(self._steps, (control,))
         failed = found.steps_done < self._steps
-        # Of what was reset, or has no state any more, where it began.
+        # Environments that were reset, or have no state any more, get their initial state.
         stays = again | failed
         observations = np.where(stays[:, None], self._rows(found, 0), self._rows(found, -1))
         for index, part in enumerate(found.observations[: self._state_parts]):
@@ -186,11 +188,11 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
 
     @property
     def _state_parts(self) -> int:
-        """How many of the observations are the state."""
+        """Returns how many numbers of an observation are the state."""
         return 4 if self._is_free else 2
 
     def _put_back(self, which: BoolArray) -> None:
-        """Puts environments to where episodes begin."""
+        """Puts environments to the start of an episode."""
         for index, begin in enumerate(self._begin):
             begins = begin.copy()
             if index < 2 and self._spread > 0.0:
@@ -200,7 +202,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         self._done[which] = False
 
     def _deviates(self, which: BoolArray, shape: tuple[int, ...]) -> FloatArray:
-        """Normal deviates for environments that are put back, a row for each."""
+        """Returns normal deviates for environments that are reset, a row for each."""
         if not self._sources:
             return self.np_random.normal(0.0, self._spread, shape)
         deviates = np.zeros(shape)
@@ -210,7 +212,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         return deviates
 
     def _roll(self, steps: int, controls: Sequence[Control]) -> Rollout:
-        """So many steps from where the copies are."""
+        """Makes `steps` steps from the current state of the copies."""
         positions, velocities, *root = self._state
         start = Start(
             self._robot,
@@ -235,6 +237,6 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         )
 
     def _rows(self, found: Rollout, row: int) -> FloatArray:
-        """All observations of one moment, a row for each environment."""
+        """Returns all observations of one moment, a row for each environment."""
         parts = [part[:, row].reshape(self.num_envs, -1) for part in found.observations]
         return np.concatenate(parts, axis=1)

@@ -39,12 +39,12 @@ def joint_targets(daemon: str) -> str:
 
 
 def daemons_named(daemon: str) -> str:
-    """Liveliness tokens of the daemons of one name, of which there should be one."""
+    """Liveliness tokens of the daemons of one name; only one should exist."""
     return f"@simd/daemons/{daemon}/*"
 
 
 def client(daemon: str, session: str) -> str:
-    """The liveliness token by which a client of a daemon says that it is there."""
+    """Liveliness token that announces a client to its daemon."""
     return f"@simd/clients/{daemon}/{session}"
 
 
@@ -52,6 +52,6 @@ _TOKEN = re.compile(r"@simd/daemons/([A-Za-z0-9_-]{1,64})/([1-9a-f][0-9a-f]{0,31
 
 
 def daemon_of(token: str) -> tuple[str, str] | None:
-    """The daemon's name and its session's id in a liveliness token; `None` where it is none."""
+    """Returns the daemon's name and its session's id in a liveliness token; `None` for another key."""
     found = _TOKEN.fullmatch(token)
     return None if found is None else (found[1], found[2])

@@ -1,4 +1,4 @@
-"""Jacobians, inverse kinematics and joint reactions: their results, and the configuration they are computed for."""
+"""Jacobians, inverse kinematics and joint reactions: their results, and the configurations that they use."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ class JointReactions(Mapping[str, Wrench]):
 
 @dataclass(frozen=True, eq=False)
 class Jacobian:
-    """Maps joint velocities to the velocity of a point of a link. Columns are in joint order; a free root has
-    six more in front."""
+    """Maps joint velocities to the velocity of a point of a link. Columns are in joint order; a free root
+    adds six in front."""
 
     linear: FloatArray
     """The point's velocity in world axes: 3 rows."""
@@ -81,17 +81,17 @@ class Configuration:
     """A configuration to compute with instead of the current one."""
 
     positions: npt.ArrayLike | None = None
-    """In joint order. Default: everything is taken from the newest state."""
+    """In joint order. Default: the newest state supplies everything."""
     velocities: npt.ArrayLike | None = None
     """In joint order. Default: at rest."""
     root: Pose | None = None
-    """`world_from_root`. Default: where the root is."""
+    """`world_from_root`. Default: the current pose."""
     root_twist: Twist | None = None
-    """Of a free root. Default: at rest."""
+    """Twist of a free root. Default: at rest."""
 
 
 def configuration_to_proto(given: Configuration | None) -> proto.Configuration | None:
-    """As a message; `None` means the newest state."""
+    """Converts to a message; `None` means the newest state."""
     if given is None or given.positions is None:
         if given is not None and (
             given.velocities is not None or given.root is not None or given.root_twist is not None
@@ -107,7 +107,7 @@ def configuration_to_proto(given: Configuration | None) -> proto.Configuration |
 
 
 def joint_array(values: npt.ArrayLike) -> list[float]:
-    """Numbers in joint order. Raises `ValueError` for more than one dimension."""
+    """Returns numbers in joint order. Raises `ValueError` for more than one dimension."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != 1:
         raise ValueError(f"an array in joint order has one dimension, not the shape {array.shape}")

@@ -1,4 +1,4 @@
-"""The joints of a robot, and where each has its values in the robot's arrays."""
+"""Joints of a robot, and their indices in the robot's arrays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simd_client.geometry import FloatArray, Pose, pose_from_proto, vector_from_
 
 
 class JointType(IntEnum):
-    """What kind of joint it is."""
+    """Kind of joint."""
 
     UNKNOWN = 0
     REVOLUTE = 1
@@ -37,16 +37,16 @@ ONE_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 
 
 class JointMode(IntEnum):
-    """What a joint's actuator does."""
+    """Mode of a joint's actuator."""
 
     UNKNOWN = 0
     PASSIVE = 1
-    """No actuator: only the joint's own damping and friction."""
+    """No actuator: only the joint's damping and friction."""
     POSITION = 2
     VELOCITY = 3
     EFFORT = 4
     HOLD = 5
-    """Position mode at the position where the joint was."""
+    """Position mode at the joint's position when the command arrived."""
     NONE = 6
     """A fixed, floating or mimic joint: it has no actuator."""
 
@@ -62,7 +62,8 @@ class JointFlag(IntFlag):
     """Bits of a joint's `flags`."""
 
     SATURATED = 1
-    """Its effort limit bounds the actuator: it applies that, or in rare steps less or a little more."""
+    """The effort limit bounds the actuator: the actuator applies the limit, or in rare steps slightly less or
+    more."""
     AT_LOWER_LIMIT = 2
     """The joint is within 1e-6 rad or m of its lower limit, or below it."""
     AT_UPPER_LIMIT = 4
@@ -89,7 +90,7 @@ class JointLimits:
         effort: float | str | None = None,
         velocity: float | str | None = None,
     ) -> JointLimits:
-        """The same with units, as text: `JointLimits.of("-90deg", "90deg", "12Nm", "30rpm")`."""
+        """Parses limits with units: `JointLimits.of("-90deg", "90deg", "12Nm", "30rpm")`."""
         return JointLimits(lower, upper, effort, velocity)  # pyright: ignore[reportArgumentType]
 
     def __post_init__(self) -> None:
@@ -118,7 +119,7 @@ class JointSpring:
     stiffness: float
     """N m/rad or N/m; 0 is no spring."""
     rest: float = 0.0
-    """Where it pulls nowhere, rad or m."""
+    """Rest position, rad or m."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class JointInfo:
-    """The properties of a joint when its robot's layout was fetched."""
+    """Properties of a joint at the time its layout was fetched."""
 
     index: int
     """Depth-first, fixed joints included."""
@@ -152,21 +153,22 @@ class JointInfo:
     armature: float
     """Rotor inertia seen at the joint, kg m^2 or kg."""
     spring: JointSpring | None
-    """A spring beside the actuator; `None` where there is none."""
+    """A spring beside the actuator; `None` without one."""
     mimic: Mimic | None
     mode: JointMode
     gains: Gains
-    """The gains in use: those of the target, or the default."""
+    """Gains in use: the target's, or the default."""
     default_gains: Gains
-    """For targets without gains."""
+    """Gains of targets that have none."""
     claimed_by: str
-    """The holder of a claim on it; empty for none."""
+    """Holder of a claim on it; empty for none."""
     gravity_compensation: bool
-    """Its actuator holds the weight of what hangs on it."""
+    """Whether its actuator holds the weight of the links below it."""
     positions: slice
-    """Where it has its values in `position`; a spherical joint a quaternion x y z w, the child's in the joint's frame."""
+    """Indices of its values in `position`; a spherical joint has a quaternion x y z w, the child's in the
+    joint's frame."""
     velocities: slice
-    """Where it has its values in `velocity`, `effort`, `target`, `mode` and `flags`."""
+    """Indices of its values in `velocity`, `effort`, `target`, `mode` and `flags`."""
 
     @property
     def is_actuated(self) -> bool:
@@ -181,7 +183,7 @@ class JointInfo:
 
 @dataclass(frozen=True)
 class Layout:
-    """The joints of a robot, and how its arrays are laid out."""
+    """Joints of a robot, and the layout of its arrays."""
 
     robot: str
     version: int
@@ -200,12 +202,12 @@ class Layout:
 
     @cached_property
     def moving(self) -> tuple[JointInfo, ...]:
-        """Those that can move."""
+        """Joints that can move."""
         return tuple(joint for joint in self.joints if joint.dof > 0)
 
 
 def layout_from_proto(message: proto.JointLayout) -> Layout:
-    """A layout from its message."""
+    """Converts a layout from its message."""
     return Layout(
         robot=message.robot,
         version=message.layout_version,
@@ -216,7 +218,7 @@ def layout_from_proto(message: proto.JointLayout) -> Layout:
 
 
 def limits_from_proto(message: proto.JointLimits) -> JointLimits:
-    """Limits from their message."""
+    """Converts limits from their message."""
     return JointLimits(
         lower=message.lower if message.HasField("lower") else None,
         upper=message.upper if message.HasField("upper") else None,
@@ -226,7 +228,7 @@ def limits_from_proto(message: proto.JointLimits) -> JointLimits:
 
 
 def limits_to_proto(limits: JointLimits) -> proto.JointLimits:
-    """Limits as a message."""
+    """Converts limits to a message."""
     return proto.JointLimits(
         lower=limits.lower, upper=limits.upper, effort=limits.effort, velocity=limits.velocity
     )
@@ -268,7 +270,7 @@ def joint_properties(
     gains: Gains | None,
     gravity_compensation: bool | None = None,
 ) -> proto.JointProperties:
-    """What is changed of a joint, as a message: only what is given."""
+    """Builds a message with only the given changes of a joint."""
     properties = proto.JointProperties(
         joint=joint,
         damping=damping,

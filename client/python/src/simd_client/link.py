@@ -1,5 +1,5 @@
-"""The way to one daemon: sends requests, and turns error replies into exceptions. `ZenohLink` is the one
-over Zenoh, `EmbeddedLink` the one to a world in this process."""
+"""Link to one daemon: sends requests, and turns error replies into exceptions. `ZenohLink` works over Zenoh,
+`EmbeddedLink` with a world in this process."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from simd_client.zenoh_callbacks import wait_for_callbacks
 AnyMethod = Method[Any, Any]
 
 MOST_REPLIES = 256
-"""Of a stream, that wait for its reader."""
+"""Maximum number of queued stream replies."""
 
 EXIT_SECONDS = 2.0
-"""How long the end of a program waits for a callback that is under way."""
+"""Seconds that the end of a program waits for a running callback."""
 
 
 Answer = Union[zenoh.Reply, bytes, SimdError]
-"""What a call ends with, before it is `opened`: bytes of a message, or why there are none."""
+"""Result of a call before it is `opened`: bytes of a message, or an error."""
 
 
 class Subscription(Protocol):
@@ -46,7 +46,7 @@ class LinkThread(Protocol):
     """A thread that uses a session."""
 
     def end(self) -> None:
-        """Makes it end soon."""
+        """Makes the thread end soon."""
         ...
 
     def wait(self, timeout: float | None) -> bool:
@@ -55,7 +55,8 @@ class LinkThread(Protocol):
 
 
 def program() -> str:
-    """The name under which others see this client: the script's, in characters that every transport takes."""
+    """Returns the name under which others see this client: the script's, in characters that every transport
+    takes."""
     name = Path(sys.argv[0]).name if sys.argv else ""
     # Typed in, from stdin, or with -c: there is no script.
     name = "" if name.startswith("-") else name
@@ -63,11 +64,11 @@ def program() -> str:
 
 
 STATUS = "google.rpc.Status"
-"""The message of a refusal."""
+"""Returns the message of a refusal."""
 
 
 class Link:
-    """A way to a daemon. May be used from several threads."""
+    """A link to a daemon. May be used from several threads."""
 
     def __init__(self, endpoint: Endpoint, name: str) -> None:
         self.endpoint = endpoint
@@ -75,12 +76,12 @@ class Link:
         self.request_ids = RequestIds()
         self._is_forked = False
         self.threads: weakref.WeakSet[LinkThread] = weakref.WeakSet()
-        """Threads of ours that use it."""
+        """Threads of this client that use the link."""
         _open.add(self)
 
     @property
     def is_closed(self) -> bool:
-        """Whether it is."""
+        """Whether it is closed."""
         raise NotImplementedError
 
     def close(self) -> None:
@@ -101,12 +102,13 @@ class Link:
         *,
         is_stream: bool = False,
     ) -> None:
-        """Sends a request and returns. `arrived` is called with the reply, or with all replies of a stream that lasts
-        `timeout` seconds, and then `ended`, on a thread of the link's."""
+        """Sends a request and returns. `arrived` is called with the reply, or with all replies of a stream
+        that lasts `timeout` seconds. Then `ended` is called. Both run on a thread of the link."""
         raise NotImplementedError
 
     def subscribe(self, key: str, take: Callable[[str, bytes], None]) -> Subscription:
-        """Calls `take` with the key and the bytes of each publication of the daemon, on a thread of the link's."""
+        """Calls `take` with the key and the bytes of each publication of the daemon, on a thread of the
+        link."""
         raise NotImplementedError
 
     def publish_targets(self, payload: bytes) -> None:
@@ -114,7 +116,7 @@ class Link:
         raise NotImplementedError
 
     def opened(self, answer: Answer, timeout: float) -> bytes:
-        """The bytes of an answer. Raises the exception of one that is none."""
+        """Returns the bytes of an answer. Raises the exception of an error answer."""
         if isinstance(answer, SimdError):
             raise answer
         if not isinstance(answer, bytes):
@@ -122,11 +124,11 @@ class Link:
         return answer
 
     def unavailable(self) -> Unavailable:
-        """The exception for a request that no daemon received."""
+        """Returns the exception for a request that no daemon received."""
         raise NotImplementedError
 
     def mark_forked(self) -> None:
-        """Called in a process that was forked: threads are only in the one that made the connection."""
+        """Called in a forked process: only the parent process has the connection's threads."""
         self._is_forked = True
 
     def _check_process(self) -> None:
@@ -152,7 +154,7 @@ def _close_all() -> None:
         link.close()
     for thread in threads:
         thread.wait(EXIT_SECONDS)
-    # Also of sessions that were closed, or dropped, before.
+    # This includes sessions that were closed, or dropped, before.
     wait_for_callbacks(EXIT_SECONDS)
 
 
@@ -166,7 +168,7 @@ os.register_at_fork(after_in_child=_forked)
 
 
 def refused(payload: bytes) -> SimdError:
-    """The exception of a refusal, which is a `google.rpc.Status`."""
+    """Returns the exception of a refusal, which is a `google.rpc.Status`."""
     status = Status()
     try:
         status.ParseFromString(payload)

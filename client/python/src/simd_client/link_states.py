@@ -21,5 +21,5 @@ class LinkStates:
 
 
 def link_states_from_proto(message: proto.RobotLinkStates, stamp: Stamp) -> LinkStates:
-    """One robot's from their message."""
+    """Converts one robot's states from their message."""
     return LinkStates(stamp, rows(message.poses, 7), rows(message.twists, 6))

@@ -1,4 +1,4 @@
-"""What sensors measured."""
+"""Readings of sensors."""
 
 from __future__ import annotations
 
@@ -23,19 +23,20 @@ class SensorReading(Generic[Measured]):
     """One sample of a sensor."""
 
     sequence: int
-    """Larger than that of every reading before."""
+    """Larger than every earlier reading's."""
     sample: int
-    """Of the sensor's samples, from 1. A gap is a lost sample; it begins anew when time is reset."""
+    """Index among the sensor's samples, from 1. A gap is a lost sample; a reset of time restarts the
+    count."""
     stamp: Stamp
-    """Of the state that was measured."""
+    """Stamp of the measured state."""
     measurement: Measured
     missed: int = 0
-    """Readings before this one that are gone because this reader was too slow; of a `watch` it is 0."""
+    """Number of readings before this one that were lost because this reader was too slow; 0 for a `watch`."""
 
 
 @dataclass(frozen=True, eq=False)
 class ImuMeasurement:
-    """Of an inertial unit, in its own axes."""
+    """Reading of an inertial unit, in its axes."""
 
     linear_acceleration: FloatArray
     """Specific force, m/s^2: at rest 9.81 up, in free fall 0."""
@@ -52,34 +53,34 @@ class ContactPartner:
     robot: str
     link: str
     force: FloatArray
-    """Of it on the sensor's link, world axes, N."""
+    """Force of this link on the sensor's link, world axes, N."""
     normal_force: float
     """The sum of the normal forces of its points, N."""
     depth: float
-    """How far the two overlap at the most, metres; negative if they are about to touch."""
+    """Maximum overlap of the two, metres; negative if they are about to touch."""
     points: int
-    """Points at which they touch."""
+    """Contact points."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactMeasurement:
-    """Of a contact sensor: means over the last step."""
+    """Reading of a contact sensor: means over the last step."""
 
     touching: bool
     """The sum of the normal forces is above the sensor's threshold."""
     force: FloatArray
-    """Of all others on the link, world axes, N."""
+    """Force of all other links on the link, world axes, N."""
     normal_force: float
     """The sum of the normal forces of all points, N."""
     partners: tuple[ContactPartner, ...]
-    """At most 32 of those that touch it."""
+    """At most 32 of the links that touch it."""
     more_partners: int
-    """How many more there are. The sums have them."""
+    """Number of further links. The sums include them."""
 
 
 @dataclass(frozen=True, eq=False)
 class LidarMeasurement:
-    """Of a lidar."""
+    """Reading of a lidar."""
 
     ranges: npt.NDArray[np.float32]
     """Metres, a row for each vertical angle and a column for each horizontal one. inf: nothing is within the limits;
@@ -88,8 +89,8 @@ class LidarMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class MotionMeasurement:
-    """Of a link's state: world_from_sensor, and its twist in world axes. Of odometry: begin_from_sensor, and its twist in
-    the sensor's own axes."""
+    """Pose and twist. For a link's state: world_from_sensor, and its twist in world axes. For odometry:
+    begin_from_sensor, and its twist in the sensor's axes."""
 
     pose: Pose
     twist: Twist
@@ -97,7 +98,7 @@ class MotionMeasurement:
 
 @dataclass(frozen=True, eq=False)
 class EncoderMeasurement:
-    """Of an encoder."""
+    """Reading of an encoder."""
 
     position: float
     """rad or m."""
@@ -106,8 +107,8 @@ class EncoderMeasurement:
 
 
 def readings_from_proto(message: proto.SensorReadings) -> list[SensorReading[Any]]:
-    """Readings of one sensor, in order. Each counts those that are gone between the one before it and itself; the first those
-    before it."""
+    """Readings of one sensor, in order. Each counts the lost readings between its predecessor and itself; the
+    first counts all before it."""
     numbers = [each.sequence for each in message.readings]
     gaps = [next_one - number - 1 for number, next_one in pairwise(numbers)]
     missed = [message.missed - sum(gaps), *gaps]
@@ -115,7 +116,7 @@ def readings_from_proto(message: proto.SensorReadings) -> list[SensorReading[Any
 
 
 def reading_from_proto(message: proto.SensorReading, missed: int = 0) -> SensorReading[Any]:
-    """A reading from its message. What it measured is `None` if only a newer client knows it."""
+    """Converts a reading from its message. Its measurement is `None` if only a newer client knows it."""
     return SensorReading(
         sequence=message.sequence,
         sample=message.sample,

@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 MOST_TRIANGLES = 1_000_000
-"""Of arrays. What the daemon reads of a file is bounded by itself."""
+"""Maximum number of triangles of a mesh from arrays. The daemon limits files separately."""
 
 
 class Triangles(Protocol):
-    """A mesh of trimesh, or alike."""
+    """A mesh of trimesh, or a similar object."""
 
     @property
     def vertices(self) -> npt.ArrayLike:
@@ -38,12 +38,12 @@ class MeshFile:
 
     data: bytes
     name: str
-    """Whose end says the format, for instance `.obj`."""
+    """File name; its extension names the format, for instance `.obj`."""
 
 
 def mesh_file(mesh: AnyMesh) -> MeshFile:
-    """A file's content, or arrays as OBJ, whose numbers keep all their digits. Raises `ValueError` for arrays that are no
-    mesh, and `OSError` for a file that cannot be read."""
+    """Returns a file's content, or arrays as OBJ with all digits of their numbers. Raises `ValueError` for
+    arrays that are no mesh, and `OSError` for an unreadable file."""
     if isinstance(mesh, (str, os.PathLike)):
         path = Path(mesh).expanduser()
         return MeshFile(path.read_bytes(), path.name)

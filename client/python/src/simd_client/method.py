@@ -1,4 +1,4 @@
-"""A method of the schema: its name, and the messages that are sent and returned."""
+"""Methods of the schema: names, request messages, answers."""
 
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -31,13 +31,13 @@ class Method(Generic[Request, Reply]):
     key: str
     """`SERVICE/METHOD`, the end of its key on Zenoh."""
     request: type[Request]
-    """The message that is sent."""
+    """Type of the request."""
     reply: type[Reply]
-    """The message that is returned."""
+    """Type of the answer."""
 
 
 def decoded(message: type[Reply], payload: bytes) -> Reply:
-    """A message from its bytes. Raises `AnswerError` if they are not one."""
+    """Parses a message from its bytes. Raises `AnswerError` if they are not one."""
     answer = message()
     try:
         answer.ParseFromString(payload)

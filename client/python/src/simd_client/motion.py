@@ -1,4 +1,4 @@
-"""Where a robot is to go, and whether it is there."""
+"""Goals of robot motions, and checks for arrival."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simd_client.target import Target
 
 
 class Goal:
-    """Positions of joints, each of one axis, and how near is near enough."""
+    """Goal positions of joints, each of one axis, with tolerances."""
 
     def __init__(self, positions: Mapping[str, float], tolerance: float, velocity_tolerance: float) -> None:
         for value in (tolerance, velocity_tolerance):
@@ -26,11 +26,11 @@ class Goal:
         self._velocity_tolerance = velocity_tolerance
 
     def clamp(self, clamped: Iterable[Clamped]) -> None:
-        """What the daemon made of positions beyond a limit is the goal."""
+        """Positions beyond a limit become the daemon's clamped positions."""
         self._positions.update((each.joint, each.applied) for each in clamped)
 
     def is_reached(self, state: RobotState) -> bool:
-        """Whether all joints are there and at rest."""
+        """Whether all joints have arrived and are at rest."""
         return all(
             abs(state[joint].position - at) <= self._tolerance
             and abs(state[joint].velocity) <= self._velocity_tolerance
@@ -38,7 +38,8 @@ class Goal:
         )
 
     def missed(self, state: RobotState) -> str:
-        """What is said if it is not reached: the joint that is furthest away, or the fastest one if all are there."""
+        """Returns the message of an unreached goal: the furthest joint, or the fastest one if all have
+        arrived."""
         far = max(self._positions, key=lambda joint: abs(state[joint].position - self._positions[joint]))
         at, wanted = state[far].position, self._positions[far]
         if abs(at - wanted) > self._tolerance:
@@ -56,8 +57,8 @@ def moves_to(
     tolerance: float,
     velocity_tolerance: float,
 ) -> tuple[Goal, dict[str, Target]]:
-    """The goal of a motion, and the targets that it takes. Raises `ValueError` for an array of another length, and for a
-    joint that has not exactly one position."""
+    """Returns the goal of a motion, and its targets. Raises `ValueError` for an array of another length, and
+    for a joint without exactly one position."""
     if isinstance(positions, Mapping):
         known = layout.by_name
         wanted = {name: number(at, "position", known.get(name)) for name, at in positions.items()}

@@ -1,4 +1,4 @@
-"""Opens the way to a daemon: a Zenoh session, for which it chooses the daemon, or a world in this process."""
+"""Opens a link to a daemon: a Zenoh session, for which it chooses the daemon, or a world in this process."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ from simd_client.proto import methods
 from simd_client.zenoh_link import MAX_ANSWER_BYTES, ZenohLink
 
 LEASE_MS = 5000
-"""Milliseconds of silence after which the daemon takes this client for gone, as this client takes the daemon."""
+"""Milliseconds of silence after which daemon and client consider each other gone."""
 REACHED_SECONDS = 1.0
-"""How long a daemon that is there is given to be reached."""
+"""Seconds to reach an announced daemon."""
 
 ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
-"""Settings for Zenoh beside ours: a JSON5 file, or values by dotted or slashed names. For a world in this process: its
-configuration, as the file of a daemon (TOML) or values by dotted names."""
+"""Additional settings for Zenoh: a JSON5 file, or values by dotted or slashed names. A world in this process
+takes its configuration: the file of a daemon (TOML) or values by dotted names."""
 
 
 class _Zenoh:
-    """What Zenoh keeps for a process: threads, which a fork does not bring along. A session that is opened then waits for them forever."""
+    """Zenoh's process-wide threads, which a fork does not copy. A session opened afterwards waits for them
+    forever."""
 
     def __init__(self) -> None:
         self.is_used = self.is_of_a_parent = False
 
     def forked(self) -> None:
-        """Called in a process that was forked."""
+        """Called in a forked process."""
         self.is_of_a_parent = self.is_of_a_parent or self.is_used
 
 
@@ -94,8 +95,8 @@ def open_link(
 
 
 def _wait_until_reached(link: Link, timeout: float) -> None:
-    """Waits until calls reach the daemon: that it is there may be known before which calls it answers, and one that none
-    answers ends at once. Why there is no answer, the first call of the program says."""
+    """Waits until calls reach the daemon. Its token may be known before its queryables, and a call without a
+    queryable ends at once. The first call of the program reports why no answer arrives."""
     give_up = time.monotonic() + timeout
     while time.monotonic() < give_up:
         try:

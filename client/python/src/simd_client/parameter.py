@@ -11,8 +11,8 @@ from simd_client.errors import ParameterNotFound, listed, not_found
 from simd_client.table import Table
 
 IfTaken = Literal["refuse", "replace", "rename"]
-"""What happens if the name is taken: `ParameterExists` is raised, the old parameter is replaced (`OwnedByAnother` if it is
-another client's), or `_1`, `_2`, ... is added to the name."""
+"""Behaviour for a taken name. `ParameterExists` is raised, the old parameter is replaced (`OwnedByAnother` if
+it is another client's), or `_1`, `_2`, ... is added to the name."""
 
 _POLICIES = {
     "refuse": proto.NameTakenPolicy.NAME_TAKEN_POLICY_REFUSE,
@@ -22,7 +22,7 @@ _POLICIES = {
 
 
 BoundMode = Literal["position", "velocity", "effort"]
-"""What a slider's value is of a joint: rad or m, rad/s or m/s, N m or N."""
+"""Quantity of a joint that a slider sets: rad or m, rad/s or m/s, N m or N."""
 
 _MODES: dict[BoundMode, proto.JointMode] = {
     "position": proto.JointMode.JOINT_MODE_POSITION,
@@ -33,13 +33,14 @@ _MODES: dict[BoundMode, proto.JointMode] = {
 
 @dataclass(frozen=True)
 class JointBinding:
-    """A joint whose target a slider sets each time it is moved. The daemon does that, and no program has to run."""
+    """A joint with a target that a slider sets each time it is moved. The daemon does that without any
+    running program."""
 
     robot: str
     joint: str
     mode: BoundMode = "position"
     axis: int = 0
-    """Of a planar joint: 0 x, 1 y, 2 angle."""
+    """Axis of a planar joint: 0 x, 1 y, 2 angle."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,11 @@ class Slider:
     maximum: float
     value: float
     version: int = 0
-    """The list's version when it last changed."""
+    """Version of the list at its last change."""
     owner: str = ""
-    """Who added it, for people: the name of a token, or of the client and where it comes from."""
+    """Creator, for people: the name of a token, or of the client and its origin."""
     joint: JointBinding | None = None
-    """The joint whose target it sets."""
+    """Joint with the target that it sets."""
 
 
 @dataclass(frozen=True)
@@ -64,15 +65,15 @@ class Button:
 
     name: str
     presses: int
-    """How often it was pressed."""
+    """Number of presses."""
     version: int = 0
-    """The list's version when it last changed."""
+    """Version of the list at its last change."""
     owner: str = ""
-    """Who added it, for people: the name of a token, or of the client and where it comes from."""
+    """Creator, for people: the name of a token, or of the client and its origin."""
 
     @property
     def value(self) -> float:
-        """How often it was pressed."""
+        """Number of presses."""
         return float(self.presses)
 
 
@@ -81,11 +82,11 @@ Parameter = Slider | Button
 
 @dataclass(frozen=True, eq=False)
 class ParameterList(Mapping[str, float]):
-    """Values of parameters by name, in the order in which they were added: a slider's value, or how often a button was
-    pressed."""
+    """Values of parameters by name, in the order in which they were added: a slider's value, or a button's
+    number of presses."""
 
     version: int
-    """Grows with each change, also when a parameter is removed."""
+    """Version of the list; grows with each change, also when a parameter is removed."""
     by_name: Mapping[str, Parameter] = field(default_factory=dict[str, Parameter])
     """The sliders and buttons themselves."""
 
@@ -123,7 +124,7 @@ def _bound(joint: JointBinding | None) -> str:
 
 
 def parameter_from_proto(message: proto.Parameter) -> Parameter:
-    """A parameter from its message."""
+    """Converts a parameter from its message."""
     if message.HasField("button"):
         return Button(message.name, message.button.presses, message.version, message.owner)
     slider = message.slider
@@ -138,21 +139,21 @@ def _binding_from_proto(message: proto.JointBinding) -> JointBinding:
 
 
 def binding_to_proto(binding: JointBinding) -> proto.JointBinding:
-    """As a message. Raises `ValueError` for another `mode`."""
+    """Converts to a message. Raises `ValueError` for another `mode`."""
     if binding.mode not in _MODES:
         raise ValueError(f"mode is 'position', 'velocity' or 'effort', not {binding.mode!r}")
     return proto.JointBinding(robot=binding.robot, joint=binding.joint, mode=_MODES[binding.mode], axis=binding.axis)
 
 
 def list_from_proto(message: proto.ParameterList) -> ParameterList:
-    """All of them from their message."""
+    """Converts all of them from their message."""
     return ParameterList(
         message.version, {each.name: parameter_from_proto(each) for each in message.parameters}
     )
 
 
 def add_request(parameter: Parameter, if_taken: IfTaken, take_over: bool) -> proto.AddParameterRequest:
-    """The request that adds a slider or a button. Raises `ValueError` for another `if_taken`."""
+    """Builds the request that adds a slider or a button. Raises `ValueError` for another `if_taken`."""
     if if_taken not in _POLICIES:
         raise ValueError(f"if_taken is 'refuse', 'replace' or 'rename', not {if_taken!r}")
     message = proto.Parameter(name=parameter.name)

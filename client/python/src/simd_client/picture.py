@@ -1,4 +1,4 @@
-"""Pictures of the world: colours, depths, and which link is seen, as numpy arrays."""
+"""Pictures of the world: colours, depths, and visible links, as numpy arrays."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ LinkImage = npt.NDArray[np.uint32]
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """Of a pinhole camera, pixels: u = fx x / z + cx and v = fy y / z + cy, with z forwards and y down. The centre of the upper
-    left pixel is at 0, 0."""
+    """Intrinsics of a pinhole camera, pixels: u = fx x / z + cx and v = fy y / z + cy, with z forwards and y
+    down. The centre of the upper left pixel is at 0, 0."""
 
     fx: float
     fy: float
@@ -36,71 +36,72 @@ class Intrinsics:
 
     @property
     def matrix(self) -> FloatArray:
-        """As `K` of ROS's `CameraInfo`: 3 x 3."""
+        """Returns `K` of ROS's `CameraInfo`: 3 x 3."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
 
 @dataclass(frozen=True)
 class PictureLight:
-    """Where light comes from, and what surfaces make of it."""
+    """Direction and colour of the light, and its reflection by surfaces."""
 
     direction: Sequence[float] = (-0.5, 0.3, 1.0)
     """Towards the light, world axes."""
     color: Sequence[float] = (1.0, 1.0, 1.0)
     """Red, green and blue from 0 to 1."""
     ambient: float = 0.6
-    """From any side, 0 to 1."""
+    """Ambient light, 0 to 1."""
     diffuse: float = 0.35
-    """By the cosine of its angle, 0 to 1."""
+    """Diffuse light, by the cosine of its angle, 0 to 1."""
     specular: float = 0.05
-    """Mirrored, 0 to 1."""
+    """Specular light, 0 to 1."""
     shadow: bool = False
-    """What is in another's shadow has the ambient light alone. Other renderers than `simd-camera` may not draw shadows."""
+    """Whether shadowed surfaces get only ambient light. Other renderers than `simd-camera` may not draw
+    shadows."""
 
 
 @dataclass(frozen=True)
 class PictureRobot:
-    """The links of a robot within the numbers of a segmentation."""
+    """Numbers of a robot's links in a segmentation."""
 
     robot: str
     first_link: int
-    """The number of its link 0."""
+    """Number of its link 0."""
     links: int
-    """How many links it has."""
+    """Number of its links."""
 
 
 @dataclass(frozen=True)
 class CameraPicture:
-    """What a camera saw."""
+    """Picture of a camera."""
 
     sequence: int
-    """Larger than that of every picture before."""
+    """Larger than every earlier picture's."""
     stamp: Stamp
-    """Of the state that was drawn."""
+    """Stamp of the drawn state."""
     width: int
     height: int
     color: ColorImage | None
-    """`None` for what was not asked for, as the other two."""
+    """Colours; `None` if not requested, like the next two."""
     depth: DepthImage | None
     segmentation: LinkImage | None
     robots: tuple[PictureRobot, ...]
-    """Whose links the numbers of `segmentation` are."""
+    """Links by the numbers of `segmentation`."""
     view: FloatArray
     """camera_from_world, 4 x 4. The camera looks along -z, with x to the right and y up."""
     projection: FloatArray
     """clip_from_camera, 4 x 4."""
     intrinsics: Intrinsics | None
-    """Of a robot's camera."""
+    """Intrinsics of a robot's camera."""
     near: float
-    """Metres: what is nearer is not seen."""
+    """Near limit of view, metres."""
     far: float
-    """Metres: what is farther is not seen."""
+    """Far limit of view, metres."""
     renderer: str
-    """Who drew it."""
+    """Name of the renderer."""
 
     def mask(self, robot: str, link: int | None = None) -> npt.NDArray[np.bool_]:
-        """Where a robot is seen, or one of its links by its index. Raises `ValueError` without a segmentation, or for a robot
-        that was not there."""
+        """Returns the pixels of a robot, or of one of its links by its index. Raises `ValueError` without a
+        segmentation, or for a robot that was absent."""
         if self.segmentation is None:
             raise ValueError("the picture has no segmentation: ask for one")
         for of in self.robots:
@@ -122,17 +123,17 @@ class CameraInfo:
     rate: float | None
     """Pictures per simulated second. `None`: one each step."""
     followed: bool
-    """Pictures are drawn at its rate, since a client wants them."""
+    """Whether pictures are drawn at its rate because a client wants them."""
     newest: Stamp | None
-    """Of its newest picture."""
+    """Stamp of its newest picture."""
     last_sequence: int
-    """Of its newest picture; 0 without one."""
+    """Sequence of its newest picture; 0 without one."""
     renderer: str
-    """Who drew that."""
+    """Renderer of its newest picture."""
     drawn: int
-    """Pictures of its rate."""
+    """Number of pictures drawn at its rate."""
     missed: int
-    """Those that were due and were not drawn."""
+    """Number of due pictures that were not drawn."""
 
 
 @dataclass(frozen=True)
@@ -142,13 +143,13 @@ class RendererInfo:
     name: str
     drawn: int
     drawing: int
-    """Pictures that it has been given and has not drawn yet."""
+    """Number of assigned pictures that it has not drawn yet."""
     failed: int
-    """Those that it did not draw."""
+    """Number of pictures that it failed to draw."""
 
 
 def picture_from_proto(message: proto.CameraPicture) -> CameraPicture:
-    """A picture, unpacked. Raises `AnswerError` for one that is not of its size."""
+    """Unpacks a picture. Raises `AnswerError` if its size is wrong."""
     height, width = message.height, message.width
 
     def plane(name: str, dtype: str, depth: int) -> bytes | None:
@@ -192,12 +193,12 @@ def _unpacked(plane: proto.PicturePlane, expected: int, name: str) -> bytes:
 
 
 def matrix_from_proto(values: Sequence[float]) -> FloatArray:
-    """A 4 x 4 matrix that is written column by column."""
+    """Returns a 4 x 4 matrix from numbers in column order."""
     return np.reshape(np.array(values, dtype=np.float64), (4, 4), order="F")
 
 
 def matrix_to_proto(matrix: npt.ArrayLike, what: str) -> list[float]:
-    """The numbers of a 4 x 4 matrix, column by column; sixteen numbers are taken to be that already."""
+    """Returns the numbers of a 4 x 4 matrix, column by column; sixteen numbers are returned unchanged."""
     array = np.asarray(matrix, dtype=np.float64)
     if array.shape not in ((4, 4), (16,)):
         raise ValueError(f"{what} is 4 x 4, not the shape {array.shape}")
@@ -205,12 +206,12 @@ def matrix_to_proto(matrix: npt.ArrayLike, what: str) -> list[float]:
 
 
 def intrinsics_from_proto(message: proto.CameraIntrinsics) -> Intrinsics:
-    """A camera's numbers."""
+    """Converts a camera's intrinsics."""
     return Intrinsics(message.fx, message.fy, message.cx, message.cy)
 
 
 def light_to_proto(light: PictureLight) -> proto.PictureLight:
-    """A light as a message."""
+    """Converts a light to a message."""
     x, y, z = light.direction
     red, green, blue = light.color
     return proto.PictureLight(
@@ -224,7 +225,7 @@ def light_to_proto(light: PictureLight) -> proto.PictureLight:
 
 
 def camera_from_proto(message: proto.CameraInfo) -> CameraInfo:
-    """A camera of a robot."""
+    """Converts a camera of a robot."""
     return CameraInfo(
         robot=message.robot,
         name=message.sensor,
@@ -242,13 +243,13 @@ def camera_from_proto(message: proto.CameraInfo) -> CameraInfo:
 
 
 def renderer_from_proto(message: proto.RendererInfo) -> RendererInfo:
-    """A program that draws pictures."""
+    """Converts a program that draws pictures."""
     return RendererInfo(message.name, message.drawn, message.drawing, message.failed)
 
 
 def view_matrix(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0, 0.0, 1.0)) -> FloatArray:
-    """camera_from_world of a camera at `eye` that looks at `target`, metres and world axes, as `gluLookAt` makes it. Raises
-    `ValueError` if it looks at itself or along `up`."""
+    """Returns camera_from_world of a camera at `eye` that looks at `target`, metres and world axes, like
+    `gluLookAt`. Raises `ValueError` if it looks at itself or along `up`."""
     begin, above = np.asarray(eye, dtype=np.float64), np.asarray(up, dtype=np.float64)
     back = begin - np.asarray(target, dtype=np.float64)
     right = np.cross(above, back)
@@ -262,7 +263,8 @@ def view_matrix(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (
 
 
 def projection_matrix(field_of_view: float, aspect: float, near: float, far: float) -> FloatArray:
-    """clip_from_camera of a camera with a vertical field of view, rad, and width by height, as `gluPerspective` makes it."""
+    """Returns clip_from_camera of a camera with a vertical field of view, rad, and width by height, like
+    `gluPerspective`."""
     if not (0.0 < field_of_view < np.pi and aspect > 0.0 and 0.0 < near < far):
         raise ValueError("a field of view is between 0 and pi, and `near` is above 0 and below `far`")
     focal, depth = 1.0 / np.tan(0.5 * field_of_view), far - near

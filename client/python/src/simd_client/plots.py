@@ -1,4 +1,4 @@
-"""Plots of joint states, with matplotlib, an extra of this package (`extras.PLOT`)."""
+"""Plots of joint states, with matplotlib, an optional extra of this package (`extras.PLOT`)."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from simd_client.layout import JointType
 from simd_client.state import RobotState
 
 QUANTITIES = ("position", "velocity", "effort", "target")
-"""What can be plotted."""
+"""Quantities that can be plotted."""
 
 MOST_STATES = 100_000
-"""Of one plot."""
+"""Maximum number of states in one plot."""
 
 _UNITS = {
     "position": ("rad", "m"),
@@ -30,10 +30,11 @@ _UNITS = {
 def plotted(
     states: Iterable[RobotState], what: Sequence[str], joints: Sequence[str] | None, axes: Any = None
 ) -> Any:
-    """A `matplotlib.figure.Figure` with one diagram for each quantity over simulated time, and a line for each joint.
+    """Returns a `matplotlib.figure.Figure` with one diagram for each quantity over simulated time, and a line
+    for each joint.
 
-    `joints` are all of one axis by default. `axes` are diagrams of the caller's, one for each quantity.
-    Raises `ValueError` if there is no state, or another quantity is asked for, and `ImportError` without matplotlib.
+    `joints` defaults to all of one axis. `axes` are the caller's diagrams, one for each quantity. Raises
+    `ValueError` without states or for an unknown quantity, and `ImportError` without matplotlib.
     """
     for each in what:
         if each not in QUANTITIES:
@@ -49,7 +50,7 @@ def plotted(
             make: Any = importlib.import_module("matplotlib.figure").Figure
         except ImportError as missing:
             raise ImportError(f"plots need matplotlib: {extras.PLOT}") from missing
-        # Not by pyplot, which would keep each figure and choose a window.
+        # Pyplot would keep each figure and choose a window.
         figure = _shown_in_notebooks(make)(figsize=(8, 0.6 + 2.2 * len(what)), layout="constrained")
         axes = figure.subplots(len(what), 1, sharex=True, squeeze=False)[:, 0]
     diagrams = list(np.atleast_1d(np.asarray(axes, dtype=object)).ravel())
@@ -71,7 +72,8 @@ def plotted(
 
 
 def _shown_in_notebooks(figure: Any) -> Any:
-    """The class of figures, with what a notebook asks for: without pyplot nothing draws them there."""
+    """Returns the class of figures with a notebook's display method: without pyplot nothing draws them
+    there."""
 
     def png(self: Any) -> bytes:
         content = io.BytesIO()

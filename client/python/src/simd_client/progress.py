@@ -1,4 +1,4 @@
-"""Progress bars, by tqdm's protocol: tqdm's own, or a bar of ours in a terminal or in a notebook."""
+"""Progress bars, by tqdm's protocol: tqdm's own, or this module's bar in a terminal or in a notebook."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ WIDTH = 30
 
 
 class Bar(Protocol):
-    """The part of a `tqdm` that is used."""
+    """The used part of a `tqdm`."""
 
     def update(self, n: int, /) -> object:
-        """So much more is done."""
+        """Adds finished work."""
         ...
 
     def close(self) -> object:
-        """Nothing more is to be done."""
+        """Closes the bar."""
         ...
 
 
 Progress = Union[bool, Callable[..., Bar]]
-"""`True` for a bar of ours, or what makes bars: `tqdm.auto.tqdm`, or anything that takes its `total`, `desc`, `unit` and
-`unit_scale` by name."""
+"""`True` for this module's bar, or a factory of bars: `tqdm.auto.tqdm`, or any callable that takes `total`,
+`desc`, `unit` and `unit_scale` by name."""
 
 
 class Bars:
-    """Shows how far something is, one bar after the other."""
+    """Shows progress, one bar after the other."""
 
     def __init__(self, progress: Progress) -> None:
         self._make: Callable[..., Bar] | None = OwnBar if progress is True else progress or None
@@ -44,20 +44,20 @@ class Bars:
         self._what = ("", 0)
 
     def begin(self, description: str, total: int, unit: str) -> None:
-        """The next bar."""
+        """Begins the next bar."""
         self.end()
         if self._make is not None and total > 0:
             self._bar = self._make(total=total, desc=description, unit=unit, unit_scale=unit == "B")
         self._done, self._what = 0, (description, total)
 
     def reach(self, description: str, done: int, total: int, unit: str) -> None:
-        """So much is done, of a bar that may be new."""
+        """Sets the finished work of a bar, which may be new."""
         if (description, total) != self._what:
             self.begin(description, total, unit)
         self.add(done - self._done)
 
     def add(self, count: int) -> None:
-        """So much more is done."""
+        """Adds finished work."""
         if count > 0:
             self._done += count
             if self._bar is not None:
@@ -77,7 +77,7 @@ class Bars:
 
 
 class OwnBar:
-    """A bar of text on stderr if that is a terminal, one of HTML in a notebook, else nothing."""
+    """Returns a bar of text if stderr is a terminal, a bar of HTML in a notebook, else none."""
 
     def __init__(self, *, total: int, desc: str, unit: str, unit_scale: bool) -> None:
         self._total, self._unit, self._scaled = total, unit, unit_scale
@@ -88,7 +88,7 @@ class OwnBar:
         self._show()
 
     def update(self, n: int, /) -> None:
-        """So much more is done."""
+        """Adds finished work."""
         self._done += n
         if self._done >= self._total or time.monotonic() - self._drawn >= PERIOD:
             self._show()
@@ -132,7 +132,7 @@ def _terminal(stream: TextIO | None) -> Draw | None:
 
 
 def _notebook() -> Draw | None:
-    """In a notebook: the kernel has IPython loaded, and a display that can be drawn again."""
+    """Whether this runs in a notebook: the kernel has IPython loaded, and its display can be updated."""
     shell: Any = sys.modules.get("IPython")
     shell = shell.get_ipython() if shell is not None else None
     if shell is None or not hasattr(shell, "kernel"):

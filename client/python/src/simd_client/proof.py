@@ -1,4 +1,4 @@
-"""How a claim is proven without sending its secret: the client's half of `proto/src/proof.rs`."""
+"""Proof of a claim without its secret: the client's half of `proto/src/proof.rs`."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ _SECRET = re.compile(r"([0-9]+)\.", re.ASCII)
 
 
 def id_of(secret: str) -> str:
-    """What a request has in its field `claim`: the id, which is no secret. Empty for no claim."""
+    """Public part in the field `claim` of a request: the id. Empty for no claim."""
     found = _SECRET.match(secret)
     return secret if found is None else found[1]
 
 
 def sealed(message: type[Any], payload: bytes) -> tuple[bytes, str]:
-    """A request as it travels, with the claim's id instead of its secret, and the secret; empty for no claim."""
+    """Returns the request to send, with the claim's id instead of its secret, and the secret; empty for no
+    claim."""
     if not issubclass(message, Message) or "claim" not in message.DESCRIPTOR.fields_by_name:
         return payload, ""
     request: Any = message()
@@ -37,7 +38,7 @@ def sealed(message: type[Any], payload: bytes) -> tuple[bytes, str]:
 
 
 def line(secret: str, counter: int, key: str, payload: bytes) -> str:
-    """The line of the attachment that proves it, for one key, counter and payload."""
+    """Returns the line of the attachment that proves it, for one key, counter and payload."""
     said = f"simd.v1 claim\n{key}\n{counter}\n".encode() + payload
     code = hmac.new(secret.encode(), said, "sha256").hexdigest()
     return f"simd-claim: {id_of(secret)} {counter} {code}"
@@ -51,8 +52,9 @@ class Counter:
         self._last = 0
 
     def prove(self, secret: str, key: str, payload: bytes, send: Callable[[str], Result]) -> Result:
-        """Has a message sent with a proof. One is sent after the other: the daemon takes no number after a larger
-        one. They are times in nanoseconds, so that a program that kept its secret goes on after a new start."""
+        """Sends a message with a proof. Messages go one after the other: the daemon takes no number after a
+        larger one. Numbers are times in nanoseconds, so that a program that kept its secret can continue
+        after a restart."""
         with self._lock:
             self._last = max(self._last + 1, time.time_ns())
             return send(line(secret, self._last, key, payload))

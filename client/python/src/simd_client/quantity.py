@@ -1,4 +1,4 @@
-"""Numbers with units, as people type them: `90deg`, `12mm`, `30rpm`. The units are those of simctl."""
+"""Numbers with units, as people type them: `90deg`, `12mm`, `30rpm`. The units equal simctl's."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from simd_client.layout import JointInfo, JointType
 Quantity = Union[float, str]
 """A number in SI units, or text with a unit."""
 
-# A factor to SI, and whether the joint turns. The longer of two units comes first where one ends in the other.
+# Factor to SI, and whether the joint rotates. If one unit ends in another, the longer one comes first.
 _UNITS = {
     "position": {
         "deg": (math.pi / 180, True),
@@ -33,7 +33,7 @@ _TURNING = (JointType.REVOLUTE, JointType.CONTINUOUS)
 
 
 def number(quantity: Quantity, what: str, joint: JointInfo | None = None) -> float:
-    """A number in SI units. `what` is `position`, `velocity` or `effort`.
+    """Returns a number in SI units. `what` is `position`, `velocity` or `effort`.
 
     Raises `ValueError` for text that is not a number with one of the units, or whose unit does not fit the joint.
     """

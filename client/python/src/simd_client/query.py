@@ -1,4 +1,4 @@
-"""Distances, overlaps, bounds and casts of shapes: what is asked, and the answers."""
+"""Distances, overlaps, bounds and casts of shapes: requests and answers."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from simd_client.state import Named, name_of
 
 @dataclass(frozen=True)
 class QueryRobot:
-    """A robot, or a link of it, where it is or would be."""
+    """A robot, or a link of it, at its current pose or another one."""
 
     robot: Union[str, Named]
     link: str = ""
     """Empty: all of its links."""
     configuration: Configuration | None = None
-    """`None`: where it is."""
+    """`None`: the current pose."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClosestPoints:
-    """Where two links are nearest to each other. World axes, metres."""
+    """Nearest points of two links. World axes, metres."""
 
     robot_a: str
-    """Empty for a shape of no robot, as are its link's."""
+    """Robot's name; empty for a shape of no robot, like its link."""
     link_a: str
     robot_b: str
     link_b: str
@@ -41,7 +41,7 @@ class ClosestPoints:
     normal: FloatArray
     """Unit vector from a to b."""
     distance: float
-    """Between the surfaces. If they overlap: minus the length of the shortest move that parts them."""
+    """Distance of the surfaces. If they overlap: minus the length of the shortest separating move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,23 +56,24 @@ class LinkBounds:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape that belongs to no robot, or a part of a body (`add_compound`). Metres; cylinders, capsules and cones are about z."""
+    """A shape of no robot, or a part of a body (`add_compound`). Metres; cylinders, capsules and cones are
+    about z."""
 
     message: proto.QueryShape
 
     @staticmethod
     def box(size: npt.ArrayLike) -> Shape:
-        """With these full lengths."""
+        """Returns a box with these full lengths."""
         return Shape(proto.QueryShape(box=proto.BoxGeometry(size=vector_to_proto(size, "a size"))))
 
     @staticmethod
     def sphere(radius: float) -> Shape:
-        """A ball."""
+        """Returns a ball."""
         return Shape(proto.QueryShape(sphere=proto.SphereGeometry(radius=radius)))
 
     @staticmethod
     def cylinder(radius: float, length: float) -> Shape:
-        """A cylinder."""
+        """Returns a cylinder."""
         return Shape(proto.QueryShape(cylinder=proto.CylinderGeometry(radius=radius, length=length)))
 
     @staticmethod
@@ -88,19 +89,19 @@ class Shape:
 
 @dataclass(frozen=True)
 class PlacedShape:
-    """A shape that belongs to no robot, or a part of a body, and where it is."""
+    """A shape of no robot, or a part of a body, with its pose."""
 
     shape: Shape
     pose: Pose | None = None
-    """world_from_shape, or of a part link_from_shape; `None` is the origin."""
+    """world_from_shape; for a part link_from_shape; `None` is the origin."""
 
 
 Side = Union[str, Named, QueryRobot, Shape, PlacedShape]
-"""A robot where it is, a `QueryRobot`, or a shape of no robot, which has no names in what is found."""
+"""A robot at its current pose, a `QueryRobot`, or a shape of no robot, which has no names in results."""
 
 
 def side_to_proto(side: Side) -> proto.QueryBody:
-    """As a message."""
+    """Converts to a message."""
     if isinstance(side, Shape):
         return proto.QueryBody(shape=side.message)
     if isinstance(side, PlacedShape):
@@ -113,7 +114,7 @@ def side_to_proto(side: Side) -> proto.QueryBody:
 
 
 def part_to_proto(part: Shape | PlacedShape) -> proto.CompoundPart:
-    """A part of a body, as a message."""
+    """Converts a part of a body to a message."""
     shape, pose = (part, None) if isinstance(part, Shape) else (part.shape, part.pose)
     given = shape.message
     return proto.CompoundPart(
@@ -127,7 +128,7 @@ def part_to_proto(part: Shape | PlacedShape) -> proto.CompoundPart:
 
 
 def closest_from_proto(pairs: Sequence[proto.ClosestPoints]) -> tuple[ClosestPoints, ...]:
-    """From their messages."""
+    """Converts from messages."""
     return tuple(
         ClosestPoints(
             robot_a=each.robot_a,
@@ -144,7 +145,7 @@ def closest_from_proto(pairs: Sequence[proto.ClosestPoints]) -> tuple[ClosestPoi
 
 
 def bounds_from_proto(links: Sequence[proto.LinkBounds]) -> tuple[LinkBounds, ...]:
-    """From their messages."""
+    """Converts from messages."""
     return tuple(
         LinkBounds(each.robot, each.link, vector_from_proto(each.lower), vector_from_proto(each.upper))
         for each in links

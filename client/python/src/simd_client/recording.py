@@ -1,4 +1,4 @@
-"""Recordings, which the daemon makes on its own disk."""
+"""Recordings, which the daemon makes on its disk."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ class RecordingInfo:
 
     name: str
     state: RecordingState
-    """`unfinished`: its last file was not completed, for instance because the daemon was killed."""
+    """State; `unfinished`: its last file was not completed, for instance because the daemon was killed."""
     files: Mapping[str, int]
     """The bytes of each of its files, in their order."""
 
     @property
     def bytes(self) -> int:
-        """Of all its files."""
+        """Total bytes of its files."""
         return sum(self.files.values())
 
 
 def recording_from_proto(message: proto.Recording) -> RecordingInfo:
-    """A recording from its message."""
+    """Converts a recording from its message."""
     state = proto.RecordingState.Name(message.state).removeprefix("RECORDING_STATE_").lower()
     return RecordingInfo(
         name=message.name,

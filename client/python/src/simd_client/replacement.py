@@ -1,4 +1,4 @@
-"""Files that take the place of others once they are whole."""
+"""Files that replace others once they are complete."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ _numbers = itertools.count()
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Writes a file beside the one at the path, and puts it in its place once all of it is on the disk: a program that is
-    killed meanwhile, and a disk that is full, leave the one before. It has the owner and the permissions of that one, and a link
-    goes on leading to it. Written in place is what is no file, such as a pipe; what a standard stream goes to; and a file that may
-    be written where another one of its owner may not be put beside it."""
+    """Writes a file beside the one at the path, and replaces that one once all of it is on the disk. If the
+    program is killed meanwhile, or the disk is full, the old file remains. The new file keeps the owner and
+    the permissions, and a link keeps its target. Some paths are written in place: special files such as
+    pipes, and targets of standard streams. So are writable files in folders that refuse a file with the same
+    owner."""
     if path.exists() and (not path.is_file() or _is_stream(path)):
         path.write_bytes(content)
         return
     place = path.resolve()
     before = place.stat() if place.exists() else None
     if before is not None:
-        # A file that may not be written may not be replaced either, though its folder would allow it.
+        # A read-only file must not be replaced, even if its folder would allow it.
         os.close(os.open(place, os.O_WRONLY))
     try:
         beside = _beside(place, before)
@@ -40,7 +41,7 @@ def replace_file(path: Path, content: bytes) -> None:
         try:
             beside.replace(place)
         except OSError as error:
-            # A file that is mounted by itself, as into a container.
+            # A file may be mounted separately, for instance into a container.
             if error.errno != errno.EBUSY:
                 raise
             place.write_bytes(content)
@@ -51,7 +52,7 @@ def replace_file(path: Path, content: bytes) -> None:
 
 
 def _is_stream(path: Path) -> bool:
-    """Whether standard input, output or error is this file: then it is another program's to replace."""
+    """Whether standard input, output or error is this file: then another program replaces it."""
     for stream in range(3):
         try:
             if os.path.samestat(path.stat(), os.fstat(stream)):
@@ -62,10 +63,12 @@ def _is_stream(path: Path) -> bool:
 
 
 def _beside(place: Path, before: os.stat_result | None) -> Path:
-    """A new file in the same folder, of the owner of the one before, that allows no more than that one does."""
+    """Creates a new file in the same folder, with the same owner and at most the permissions of the old
+    one."""
     mode = 0o666 if before is None else before.st_mode & 0o600
     while True:
-        # Without the file's own name, to which nothing may fit. A program of the same number may have left one when it was killed.
+        # The name omits the file's name, which may be too long to extend. A killed program with the same
+        # number may have left one.
         beside = place.with_name(f".simd-{os.getpid()}-{next(_numbers)}.new")
         try:
             made = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode | 0o600)

@@ -18,14 +18,16 @@ from simd_client.state import Clamped
 from simd_client.target import BeyondLimit, beyond_limit_to_proto
 
 JointValue = Union[Quantity, Sequence[float], FloatArray]
-"""Of one joint: a number or text with a unit; of a spherical joint a quaternion x y z w, or three numbers of a velocity."""
+"""Value of one joint: a number or text with a unit. A spherical joint takes a quaternion x y z w, or three
+numbers of a velocity."""
 
 JointValues = Union[Mapping[str, JointValue], npt.ArrayLike]
-"""Of a robot's joints: by name, where they may have units, or as an array in joint order."""
+"""Values of a robot's joints: by name, optionally with units, or as an array in joint order."""
 
 
 def resets_need_layout(positions: JointValues | None, velocities: JointValues | None) -> bool:
-    """Whether they are arrays, or have units, which must fit the joints. Raises `ValueError` if only one is by name."""
+    """Whether the values need a layout: arrays, or units, which must fit the joints. Raises `ValueError` if
+    only one is by name."""
     by_name = positions is None or isinstance(positions, Mapping)
     if velocities is not None and by_name != isinstance(velocities, Mapping):
         raise ValueError("positions and velocities are both by name or both arrays")
@@ -38,7 +40,7 @@ def resets_need_layout(positions: JointValues | None, velocities: JointValues | 
 def resets_to_proto(
     layout: Layout | None, positions: JointValues | None, velocities: JointValues | None
 ) -> Sequence[proto.JointReset]:
-    """One message for each joint and axis; none for what the robot was spawned with."""
+    """Builds one message for each joint and axis; none for the values from the spawn."""
     if positions is None or isinstance(positions, Mapping):
         return _by_name(layout, positions or {}, velocities if isinstance(velocities, Mapping) else None)
     if layout is None:
@@ -49,7 +51,8 @@ def resets_to_proto(
 def judged(
     layout: Layout, resets: Sequence[proto.JointReset], beyond_limit: BeyondLimit | Literal["keep"]
 ) -> list[Clamped]:
-    """Clamps positions beyond a limit in these messages, and returns which. Raises `TargetBeyondLimit` if they are to be refused."""
+    """Clamps positions beyond a limit in these messages, and returns them. Raises `TargetBeyondLimit` if they
+    are to be refused."""
     if beyond_limit == "keep":
         return []
     beyond_limit_to_proto(beyond_limit, "keep")

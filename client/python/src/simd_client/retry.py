@@ -1,4 +1,4 @@
-"""Ids of requests, by which the daemon knows a request that it has done already."""
+"""Ids of requests, by which the daemon recognises a request that it has done already."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simd_client.method import Method
 FIELD = "request_id"
 
 LOOP_STEPS = 100
-"""A call for fewer steps is one of a loop, in which an id would cost a tenth of the round trip."""
+"""A call for fewer steps belongs to a loop, in which an id would cost a tenth of the round trip."""
 
 
 @dataclass(frozen=True)
@@ -28,16 +28,17 @@ class Sent:
 
 
 class RequestIds:
-    """Gives each request that changes something an id of its own. May be used from several threads."""
+    """Gives each changing request a unique id. May be used from several threads."""
 
     def __init__(self) -> None:
-        # All programs of one name share their ids, so that those of two processes must differ.
+        # All programs of one name share their ids, so two processes must have different ones.
         self._prefix = os.urandom(8).hex()
         self._count = itertools.count(1)
 
     def identified(self, method: Method[Any, Any], request: Any) -> Sent | None:
-        """The request with an id: its own, or a new one. `None` where its message has no room for one, and for the calls
-        of loops: targets may be set twice, and of few steps the stamp tells whether they were done."""
+        """Returns the request with an id: the caller's, or a new one. `None` if its message has no such
+        field, and for calls of loops. Repeated targets are harmless, and after few steps the stamp shows
+        whether they were done."""
         if _is_of_loop(request) and not request.request_id:
             return None
         if not isinstance(request, Message):
@@ -50,13 +51,13 @@ class RequestIds:
             return Sent(method, request.SerializeToString(), given)
         payload = request.SerializeToString()
         name = f"{self._prefix}-{next(self._count)}"
-        # A field that follows the others is read as if it stood among them, and the caller's message stays as it is.
-        # Numbers of fields below 16 have a tag of one byte, lengths below 128 one byte.
+        # A field that follows the others is parsed as if it stood among them, and the caller's message stays
+        # unchanged. Field numbers below 16 have a tag of one byte, lengths below 128 one byte.
         return Sent(method, payload + bytes((field.number << 3 | 2, len(name))) + name.encode(), name)
 
 
 def _is_of_loop(request: Any) -> bool:
-    """Whether a call is one of a loop."""
+    """Whether a call belongs to a loop."""
     if isinstance(request, proto.StepSimulationRequest):
         return request.steps < LOOP_STEPS
     return isinstance(request, proto.SetJointTargetsRequest)

@@ -1,4 +1,5 @@
-"""Rollouts: what copies of the world are to do, from one state on. `rollout_answer` has what becomes of them."""
+"""Rollouts: commands for copies of the world that start from one state. `rollout_answer` has their
+results."""
 
 from __future__ import annotations
 
@@ -15,13 +16,13 @@ from simd_client.geometry import Pose, pose_to_proto, vector_to_proto
 from simd_client.state import Named, name_of
 
 Mode = Literal["position", "velocity", "effort"]
-"""What the numbers of a `Control` are: rad or m, rad/s or m/s, N m or N."""
+"""Unit of the numbers of a `Control`: rad or m, rad/s or m/s, N m or N."""
 
 Interpolation = Literal["hold", "linear", "cubic"]
-"""What holds between knots: the knot before, a straight line, or a smooth curve through the knots."""
+"""Interpolation between knots: the previous knot, a straight line, or a smooth curve through the knots."""
 
 _MOST = 2**32 - 1
-"""The largest count that a message has room for. The daemon takes fewer, and says how many."""
+"""Largest count that a message can hold. The daemon's limit is lower, and its error says so."""
 
 
 def _packed(values: npt.ArrayLike | None) -> bytes:
@@ -29,7 +30,7 @@ def _packed(values: npt.ArrayLike | None) -> bytes:
 
 
 def _first(values: npt.ArrayLike | None, dimensions: int) -> int | None:
-    """How many copies an array of so many dimensions is for; `None` if it is for all."""
+    """Returns the number of copies that an array of this rank is for; `None` if it is for all."""
     if values is None:
         return None
     array = np.asarray(values)
@@ -41,40 +42,40 @@ class Feedback:
     """Adds -K (x - x0) to the values of a `Control`; x is the positions of `joints`, then their velocities."""
 
     gains: npt.ArrayLike
-    """K: (driven joints, x), or one such matrix a knot, or (copies, knots, driven joints, x)."""
+    """K: (driven joints, x), or one such matrix per knot, or (copies, knots, driven joints, x)."""
     references: npt.ArrayLike | None = None
     """x0: (x), (knots, x) or (copies, knots, x). Zero by default."""
     joints: Sequence[str] = ()
-    """Joints with one axis each. By default all of the robot's that follow no other."""
+    """Joints with one axis each. Default: all of the robot's that follow no other."""
 
 
 @dataclass(frozen=True, eq=False)
 class Control:
-    """What joints of a robot are to do."""
+    """Commands for joints of a robot."""
 
     robot: str | Named
     values: npt.ArrayLike | None = None
-    """(knots, joints) for all copies, or (copies, knots, joints). A target beyond a limit is clamped. It may be left out
-    where there is feedback."""
+    """(knots, joints) for all copies, or (copies, knots, joints). A target beyond a limit is clamped.
+    Optional with feedback."""
     joints: Sequence[str] = ()
-    """Joints with one axis each. By default all of the robot's that take targets."""
+    """Joints with one axis each. Default: all of the robot's that take targets."""
     mode: Mode = "position"
     knot_steps: int = 1
-    """Steps from knot to knot. After the last knot its numbers hold."""
+    """Steps between knots. After the last knot its numbers hold."""
     interpolation: Interpolation = "hold"
     stiffness: Sequence[float] = ()
-    """Of position targets, one a joint; by default the joints' own."""
+    """Stiffness of position targets, one per joint; default: the joints' gains."""
     damping: Sequence[float] = ()
-    """Of position and velocity targets, one a joint; by default the joints' own."""
+    """Damping of position and velocity targets, one per joint; default: the joints' gains."""
     feedback: Feedback | None = None
 
     @property
     def copies(self) -> int | None:
-        """How many copies the values are for; `None` if they are for all."""
+        """Number of copies that the values are for; `None` if they are for all."""
         return _first(self.values, 3)
 
     def to_proto(self) -> proto.RolloutControl:
-        """As a message."""
+        """Converts to a message."""
         values = None if self.values is None else np.asarray(self.values, dtype=np.float64)
         if values is not None and values.ndim not in (2, 3):
             expected = "(knots, joints) or (copies, knots, joints)"
@@ -107,28 +108,29 @@ class Control:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where joints and the root of a robot begin. Each array has a row for each copy, or is one row for all."""
+    """Initial state of a robot's joints and root. Each array has a row for each copy, or is one row for
+    all."""
 
     robot: str | Named
     positions: npt.ArrayLike | None = None
-    """(copies, joints), rad or m; by default they are left where they are."""
+    """(copies, joints), rad or m; default: their current positions."""
     velocities: npt.ArrayLike | None = None
-    """(copies, joints); by default at rest where there are positions."""
+    """(copies, joints); default: at rest if positions are given."""
     joints: Sequence[str] = ()
-    """Joints with one axis each. By default all of the robot's that follow no other."""
+    """Joints with one axis each. Default: all of the robot's that follow no other."""
     roots: npt.ArrayLike | None = None
     """(copies, 7): world_from_root, x y z and a quaternion x y z w."""
     root_twists: npt.ArrayLike | None = None
-    """(copies, 6), of a free root, world axes: linear velocity of its origin, then angular velocity."""
+    """(copies, 6), for a free root, world axes: linear velocity of its origin, then angular velocity."""
 
     @property
     def copies(self) -> int | None:
-        """How many copies the arrays are for; `None` if they are for all."""
+        """Number of copies that the arrays are for; `None` if they are for all."""
         arrays = (self.positions, self.velocities, self.roots, self.root_twists)
         return next((count for count in (_first(each, 2) for each in arrays) if count is not None), None)
 
     def to_proto(self) -> proto.RolloutStart:
-        """As a message."""
+        """Converts to a message."""
         return proto.RolloutStart(
             robot=name_of(self.robot),
             joints=self.joints,
@@ -149,8 +151,8 @@ Varied = Literal[
     "surface_friction",
     "wrench",
 ]
-"""What a `Variation` is of. Positions and velocities are added to; a wrench is a force x y z in newtons, world axes, on
-one link; all others are factors."""
+"""Quantity of a `Variation`. Positions and velocities get offsets. A wrench is a force x y z in newtons,
+world axes, on one link. All others are factors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,25 +162,25 @@ class Variation:
     of: Varied
     robot: str | Named
     names: Sequence[str] = ()
-    """Joints or links; by default all. Of a wrench one link."""
+    """Joints or links; default: all. A wrench takes one link."""
     values: npt.ArrayLike | None = None
-    """(copies, joints), (copies, links), or of a wrench (copies, 3)."""
+    """(copies, joints), (copies, links), or for a wrench (copies, 3)."""
     uniform: tuple[float, float] | None = None
-    """The least and the most."""
+    """Minimum and maximum."""
     normal: tuple[float, float] | None = None
     """Mean and standard deviation."""
     wrench_step: int = 0
-    """Of a wrench: the step that it begins with."""
+    """First step of a wrench."""
     wrench_steps: int = 1
-    """Of a wrench: for how many steps."""
+    """Duration of a wrench in steps."""
 
     @property
     def copies(self) -> int | None:
-        """How many copies the values are for; `None` if they are drawn."""
+        """Number of copies that the values are for; `None` if they are drawn."""
         return _first(self.values, 2)
 
     def to_proto(self) -> proto.RolloutVariation:
-        """As a message."""
+        """Converts to a message."""
         given = (self.values, self.uniform, self.normal)
         if sum(each is not None for each in given) != 1:
             raise ValueError("a variation has one of `values`, `uniform` and `normal`")
@@ -206,28 +208,28 @@ Observed = Literal[
     "contact_count",
     "contact_force",
 ]
-"""What an `Observation` is of."""
+"""Quantity of an `Observation`."""
 
 
 @dataclass(frozen=True)
 class Observation:
-    """What is read of each copy."""
+    """Quantity read from each copy."""
 
     of: Observed
     robot: str | Named
     names: Sequence[str] = ()
-    """Joints or links; by default all."""
+    """Joints or links; default: all."""
 
     def to_proto(self) -> proto.RolloutQuantity:
-        """As a message."""
+        """Converts to a message."""
         kind = enum_name("ROLLOUT_QUANTITY_KIND", self.of, Observed, "observation")
         return proto.RolloutQuantity(kind=kind, robot=name_of(self.robot), names=self.names)
 
 
 @dataclass(frozen=True, eq=False)
 class Cost:
-    """A term of the cost of a step: make one by its methods. `weight` is that of the state after each step, `final_weight`
-    that of the state after the last one, in addition."""
+    """A term of the cost of a step; its methods create terms. `weight` applies to the state after each step,
+    `final_weight` in addition to the state after the last one."""
 
     message: proto.RolloutCost = field(repr=False)
 
@@ -241,7 +243,8 @@ class Cost:
         final_weight: float = 0.0,
         wrapped: bool = False,
     ) -> Cost:
-        """The sum of the squares of what joints lack to be at their targets. With `wrapped` whole turns do not count."""
+        """Sum of the squared position errors of joints against their targets. With `wrapped`, whole turns do
+        not count."""
         term = proto.RolloutJointTerm(robot=name_of(robot), joints=joints, targets=targets, wrapped=wrapped)
         return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, joint_positions=term))
 
@@ -254,7 +257,7 @@ class Cost:
         weight: float = 1.0,
         final_weight: float = 0.0,
     ) -> Cost:
-        """The sum of the squares of what joints lack to have these velocities."""
+        """Sum of the squared velocity errors of joints."""
         term = proto.RolloutJointTerm(robot=name_of(robot), joints=joints, targets=targets)
         return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, joint_velocities=term))
 
@@ -262,7 +265,7 @@ class Cost:
     def joint_efforts(
         robot: str | Named, joints: Sequence[str] = (), *, weight: float = 1.0, final_weight: float = 0.0
     ) -> Cost:
-        """The sum of the squares of what actuators applied."""
+        """Sum of the squared efforts of actuators."""
         term = proto.RolloutJointTerm(robot=name_of(robot), joints=joints)
         return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, joint_efforts=term))
 
@@ -276,7 +279,7 @@ class Cost:
         weight: float = 1.0,
         final_weight: float = 0.0,
     ) -> Cost:
-        """The square of the distance of a point of a link from a position in the world, m^2."""
+        """Squared distance of a point of a link from a position in the world, m^2."""
         term = proto.RolloutLinkTerm(
             robot=name_of(robot),
             link=link,
@@ -294,7 +297,7 @@ class Cost:
         weight: float = 1.0,
         final_weight: float = 0.0,
     ) -> Cost:
-        """The square of the angle by which a link is turned from an orientation x y z w, rad^2."""
+        """Squared angle between a link's orientation and an orientation x y z w, rad^2."""
         turned = pose_to_proto(Pose.of((0.0, 0.0, 0.0), orientation)).orientation
         term = proto.RolloutLinkTerm(robot=name_of(robot), link=link, orientation=turned)
         return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, link_orientation=term))
@@ -303,7 +306,7 @@ class Cost:
     def contact_force(
         robot: str | Named, links: Sequence[str] = (), *, weight: float = 1.0, final_weight: float = 0.0
     ) -> Cost:
-        """The sum of the normal forces on links, N."""
+        """Sum of the normal forces on links, N."""
         term = proto.RolloutContactTerm(robot=name_of(robot), links=links)
         return Cost(proto.RolloutCost(weight=weight, final_weight=final_weight, contact_force=term))
 
@@ -318,8 +321,8 @@ class Cost:
         weight: float = 1.0,
         final_weight: float = 0.0,
     ) -> Cost:
-        """The square of what lacks to a distance between surfaces, m^2: of a robot or its link from another robot, or from
-        all others. It takes the daemon as long as a step or longer."""
+        """Squared shortfall from a distance between surfaces, m^2: of a robot or its link to another robot,
+        or to all others. It costs the daemon as much as a step or more."""
         term = proto.RolloutDistanceTerm(
             robot=name_of(robot),
             link=link,
@@ -331,8 +334,8 @@ class Cost:
 
 
 def copies_of(copies: int | None, parts: Sequence[Control | Start | Variation]) -> int:
-    """How many copies a rollout has: the number that is given, or that of the arrays. Raises `ValueError` if they differ, or it
-    is no count."""
+    """Returns the number of copies of a rollout: the given number, or the number in the arrays. Raises
+    `ValueError` if they differ, or if it is no count."""
     counts = {each.copies for each in parts} - {None}
     if copies is not None:
         counts.add(copies)
@@ -357,7 +360,8 @@ def rollout_to_proto(
     step_costs: bool,
     seed: int,
 ) -> proto.RolloutRequest:
-    """As a message. Raises `ValueError` if arrays are for different numbers of copies, or a number is no count."""
+    """Converts to a message. Raises `ValueError` if arrays are for different numbers of copies, or a number
+    is no count."""
     return proto.RolloutRequest(
         saved_state=saved_state,
         copies=copies_of(copies, (*controls, *starts, *variations)),

@@ -1,4 +1,4 @@
-"""What became of the copies of a rollout."""
+"""Results of the copies of a rollout."""
 
 from __future__ import annotations
 
@@ -20,34 +20,35 @@ MOST_BYTES = 512 * 1024 * 1024
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """What became of the copies. Arrays begin with the index of the copy."""
+    """Results of the copies. Arrays begin with the index of the copy."""
 
     start: Stamp
-    """The moment of the state that they started from."""
+    """Moment of the state that they started from."""
     costs: FloatArray
     """(copies): the sum of all terms over all steps; infinite if the copy ended early."""
     terms: FloatArray
-    """(copies, terms): the same of each term."""
+    """(copies, terms): the same sum for each term."""
     step_costs: FloatArray
-    """(copies, steps), if it was asked for, or (copies, 0)."""
+    """(copies, steps) if requested, or (copies, 0)."""
     observations: tuple[FloatArray, ...]
-    """One for each observation that was asked for: (copies, rows, numbers), or (copies, rows, links, 7) of link poses.
-    NaN from where a copy ended."""
+    """One for each requested observation: (copies, rows, numbers), or (copies, rows, links, 7) for link
+    poses. NaN after a copy ended."""
     steps_done: npt.NDArray[np.uint32]
-    """(copies): the steps that each did."""
+    """(copies): number of steps of each."""
     ended: Mapping[int, str]
-    """The first of the copies that ended early, and why each did."""
+    """First copies that ended early, with their reasons."""
     processor_seconds: float
-    """What it took the daemon, of all its threads together."""
+    """Computing time of the daemon, over all its threads."""
     start_fingerprint: int
-    """Equal for equal states that copies start from: where robots are, how they move and what drives them, their names and masses."""
+    """Hash of the copies' initial state: robots' poses, velocities, drives, names and masses. Equal states
+    have equal hashes."""
 
     def __len__(self) -> int:
         return len(self.costs)
 
 
 class Gathered:
-    """A rollout of which parts have arrived."""
+    """A rollout with its parts that have arrived."""
 
     def __init__(self, result: proto.RolloutResult) -> None:
         self._result = result
@@ -81,7 +82,7 @@ class Gathered:
         return all(count == len(array) for count, array in zip(self._filled, self._arrays))
 
     def rollout(self, observations: Sequence[Observation]) -> Rollout:
-        """All of it, once it is whole."""
+        """Returns the whole answer, once it is complete."""
         result = self._result
         states, terms, step_costs = (
             array.reshape(shape) for array, shape in zip(self._arrays, self._shapes, strict=True)

@@ -1,5 +1,6 @@
-"""Draws what a daemon would draw for some copies of a rollout, so that a part of them can be asked of another one. This is the
-client's half of `server/core/src/rollout/draw.rs`: it has the same bits where both use the same library of mathematics."""
+"""Draws the daemon's random numbers for some copies of a rollout, so that another daemon can do these copies.
+This is the client's half of `server/core/src/rollout/draw.rs`. Both have the same bits if both use the same
+math library."""
 
 from __future__ import annotations
 
@@ -20,15 +21,15 @@ _FIRST, _SECOND = 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
 _ALL = 2**64 - 1
 
 LEAST_MASS = 0.01
-"""The least factor of a mass that a daemon takes."""
+"""Minimum factor of a mass that a daemon accepts."""
 
 _ADDED = ("joint_positions", "joint_velocities", "wrench")
-"""What has numbers that are no factors."""
+"""Quantities with numbers that are no factors."""
 
 
 def drawn(variation: Variation, index: int, seed: int, copies: range, width: int) -> Variation:
-    """A variation that is drawn, with the numbers of these copies given. `index` is the one that it has in the list of the rollout,
-    `width` how many numbers a copy has."""
+    """Returns a drawn variation with explicit numbers for these copies. `index` is its index in the list of
+    the rollout, `width` the count of numbers per copy."""
     if variation.uniform is not None:
         low, high = variation.uniform
         part = _units(seed, copies, index, width, 0)
@@ -37,7 +38,7 @@ def drawn(variation: Variation, index: int, seed: int, copies: range, width: int
         mean, deviation = variation.normal
         radius = 1.0 - _units(seed, copies, index, width, 1)
         angle = tau * _units(seed, copies, index, width, 2)
-        # numpy's own logarithms and cosines have other last bits.
+        # numpy's own logarithms and cosines differ in the last bits.
         values = mean + deviation * np.sqrt(-2.0 * _each(log, radius)) * _each(cos, angle)
     else:
         return variation
@@ -52,7 +53,7 @@ def _each(function: Callable[[float], float], values: FloatArray) -> FloatArray:
 
 
 def _units(seed: int, copies: range, index: int, width: int, draw: int) -> FloatArray:
-    """(copies, width): between 0 and 1, of 53 bits; never 1."""
+    """(copies, width): at least 0 and less than 1, with 53 bits."""
     rows = np.array(copies, dtype=np.uint64)[:, None]
     columns = np.arange(width, dtype=np.uint64)[None, :]
     words = _taken_in(np.zeros((1, 1), dtype=np.uint64), _word(seed))

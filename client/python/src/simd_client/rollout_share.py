@@ -1,4 +1,4 @@
-"""A rollout that several daemons share: which copies are still to be asked for, and one answer of all parts."""
+"""A rollout that several daemons share: remaining copies, and one answer of all parts."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ from simd_client.rollout_answer import MOST_BYTES, Rollout
 from simd_client.rollout_draws import drawn
 
 TOGETHER = 8
-"""Copies that a processor steps at one time, at the most: parts have a multiple of them."""
+"""Maximum number of copies that a processor steps at one time; parts have a multiple of them."""
 
 PARTS_EACH = 4
-"""Parts for each daemon: more take more round trips, with fewer a slow daemon keeps the others waiting longer."""
+"""Parts for each daemon. More parts cost more round trips; with fewer, the others wait longer for a slow
+daemon."""
 
 SILENT_SECONDS = 10.0
-"""A daemon says four times a second how far its part is: one that says nothing for so long hangs."""
+"""Seconds of silence after which a daemon counts as hung. Daemons report progress four times a second."""
 
 LEAST_SILENT_SECONDS = 1.0
-"""It is given so long also where there is little time left."""
+"""Minimum of that time, even if little time remains."""
 
 MOST_ENDED = 16
-"""Copies that ended early whose reasons an answer has, as the daemon's."""
+"""Maximum number of early ends with reasons in an answer, equal to the daemon's."""
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """A rollout as a program asks for it."""
+    """A rollout as a program requests it."""
 
     steps: int
     copies: int | None
@@ -50,7 +51,7 @@ class Asked:
     seed: int
 
     def request(self) -> proto.RolloutRequest:
-        """As a message. Raises `ValueError` as `rollout_to_proto` does."""
+        """Converts to a message. Raises the `ValueError` of `rollout_to_proto`."""
         return rollout_to_proto(
             self.steps,
             self.copies,
@@ -67,11 +68,12 @@ class Asked:
         )
 
     def part(self, copies: range, widths: Sequence[int]) -> Asked:
-        """The same for these copies alone, with the same numbers. `widths` is how many numbers a copy has of each variation
-        that is drawn."""
+        """Returns the request for these copies alone, with the same numbers. `widths` has the count of
+        numbers per copy of each drawn variation."""
         variations = [
             replace(each, values=_rows(each.values, 2, copies))
-            # A daemon counts copies from 0: it draws for the first ones itself, and refuses in its own words.
+            # A daemon counts copies from 0. It draws for the first ones itself, and refuses with its own
+            # message.
             if copies.start == 0 or each.values is not None
             else drawn(each, index, self.seed, copies, width)
             for index, (each, width) in enumerate(zip(self.variations, widths, strict=True))
@@ -104,7 +106,8 @@ def _start(start: Start, copies: range) -> Start:
 
 
 def _rows(values: npt.ArrayLike | None, dimensions: int, copies: range) -> npt.ArrayLike | None:
-    """The rows of these copies, of an array that has a row for each; one that is for all copies stays."""
+    """Returns the rows of these copies, if the array has a row for each; an array for all copies is returned
+    unchanged."""
     return values if values is None or np.ndim(values) != dimensions else np.asarray(values)[_slice(copies)]
 
 
@@ -113,7 +116,7 @@ def _slice(copies: range) -> slice:
 
 
 class Sharing:
-    """Which parts are to be asked for, and what was answered. May be used from several threads."""
+    """Open parts and their answers. May be used from several threads."""
 
     def __init__(
         self, asked: Asked, copies: int, widths: Sequence[int], progress: Callable[[int, int], object] | None
@@ -138,8 +141,8 @@ class Sharing:
             return sum(len(found) for _, found in self._found.values()) == self._copies
 
     def cut(self, daemons: int) -> None:
-        """Cuts what is open into parts for so many daemons. Raises what made the last round fail, or what the last daemon was lost
-        by if there is none left."""
+        """Divides the open copies into parts for `daemons` daemons. Raises the error of the last round, or
+        the last lost daemon's if none is left."""
         with self._lock:
             if self._failed is not None:
                 raise self._failed[1]
@@ -152,19 +155,19 @@ class Sharing:
             )
 
     def take(self) -> range | None:
-        """Copies that are to be asked for; `None` if there are none, or it is over."""
+        """Takes copies to request; `None` if none are left, or the rollout has ended."""
         with self._lock:
             return self._open.popleft() if self._open and self._failed is None and not self._is_stopped else None
 
     def asked(self, copies: range) -> Asked:
-        """What is to be asked of a daemon."""
+        """Returns the request to a daemon."""
         return self._asked.part(copies, self._widths)
 
     def report(self, copies: range, done: int) -> None:
-        """Takes in how many of these copies are done."""
+        """Records the number of finished copies."""
         with self._lock:
             self._done[copies.start] = done
-            # It never goes back, also where a daemon was lost.
+            # It never decreases, even if a daemon is lost.
             count = max(self._reported, sum(self._done.values()))
             if self._progress is not None and count > self._reported:
                 self._reported = count
@@ -178,30 +181,31 @@ class Sharing:
                 self._fail(copies, AnswerError("the rollout is too large: observe less, or ask for fewer copies"))
 
     def give_back(self, copies: range, error: Unavailable | DeadlineExceeded) -> None:
-        """A daemon is lost, or hangs: its part is to be asked of another one."""
+        """Records a lost or hung daemon: another one must do its part."""
         with self._lock:
             self._open.appendleft(copies)
             self._done.pop(copies.start, None)
             self._lost = error
 
     def fail(self, copies: range, daemon: str, error: SimdError) -> None:
-        """A daemon refused: nothing more is asked for."""
+        """Records a refusal of a daemon: no further parts are requested."""
         error.args = (f"daemon `{daemon}`: {error}",)
         with self._lock:
             self._fail(copies, error)
 
     def stop(self) -> None:
-        """Nothing more is asked for."""
+        """Stops the rollout: no further parts are requested."""
         with self._lock:
             self._is_stopped = True
 
     def _fail(self, copies: range, error: Exception) -> None:
-        # That of the first copies, so that the same rollout fails in the same words.
+        # The error of the first copies, so that the same rollout always fails with the same message.
         if self._failed is None or copies.start < self._failed[0]:
             self._failed = copies.start, error
 
     def rollout(self) -> Rollout:
-        """All of it, once it is whole. Raises `ValueError` if daemons hold different states."""
+        """Returns the whole answer, once it is complete. Raises `ValueError` if daemons hold different
+        states."""
         with self._lock:
             parts = [(begin, *self._found[begin]) for begin in sorted(self._found)]
         _, first_daemon, first = parts[0]
@@ -230,7 +234,8 @@ class Sharing:
 
 
 def silence(left: float) -> float:
-    """How many seconds a daemon may say nothing, where so many are left for the whole: others can still do its part then."""
+    """Returns the allowed seconds of silence of a daemon, given the seconds left for the whole. Others can
+    still do its part then."""
     return max(min(SILENT_SECONDS, left / 2), LEAST_SILENT_SECONDS)
 
 
@@ -239,6 +244,6 @@ def _bytes(found: Rollout) -> int:
 
 
 def _kind(found: Rollout) -> tuple[object, ...]:
-    """What parts of one rollout have in common."""
+    """Returns the common properties of one rollout's parts."""
     shapes = tuple(each.shape[1:] for each in (found.terms, found.step_costs, *found.observations))
     return found.start.step, found.start.sim_time, found.start_fingerprint, shapes

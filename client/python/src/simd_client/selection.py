@@ -1,4 +1,4 @@
-"""Which joints a call is about."""
+"""Selection of the joints of a call."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ Selection = Union[str, Named, Collection[Union[str, Named]], Mapping[str, Sequen
 
 
 SensorSelection = Union[bool, Collection[str], Mapping[str, Collection[str]]]
-"""Sensors by their names, of each robot that the call is about or by robot; `True` means all of those robots."""
+"""Sensors by their names, of each robot of the call or by robot; `True` means all of those robots."""
 
 
 def sensors_to_proto(sensors: SensorSelection, robots: Collection[str]) -> list[proto.SensorSelection]:
-    """Sensors of some robots as messages. Raises `ValueError` for names of sensors without a robot."""
+    """Converts sensors of robots to messages. Raises `ValueError` for names of sensors without a robot."""
     if isinstance(sensors, str):
         raise TypeError(f"sensors are a list of names, not {sensors!r}")
     if sensors and not robots and not isinstance(sensors, Mapping):
@@ -31,7 +31,7 @@ def sensors_to_proto(sensors: SensorSelection, robots: Collection[str]) -> list[
 
 
 def selections_to_proto(selection: Selection) -> list[proto.JointSelection]:
-    """The selection as messages."""
+    """Converts the selection to messages."""
     if selection is None:
         return []
     if isinstance(selection, str):

@@ -1,4 +1,4 @@
-"""Sensors: what they measure, where, how often and how well."""
+"""Sensors: quantity, frame, rate and noise."""
 
 from __future__ import annotations
 
@@ -36,40 +36,41 @@ SensorChannel = Literal[
 """A quantity that a sensor measures."""
 
 WrenchAxes = Literal["child", "parent", "sensor"]
-"""In whose axes a force-torque sensor measures: those of the joint's child, of its parent, or its own."""
+"""Axes of a force-torque sensor: of the joint's child, of its parent, or of the sensor."""
 
 WrenchDirection = Literal["child_to_parent", "parent_to_child"]
-"""Whose force on whom a force-torque sensor measures."""
+"""Direction of the measured force: which link acts on which."""
 
 PictureKind = Literal["color", "depth", "color_and_depth", "segmentation"]
-"""What a camera makes pictures of."""
+"""Kinds of pictures of a camera."""
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """How a channel errs: measured = round((true + bias + walk + normal) / quantum) * quantum, in the unit of the channel."""
+    """Error model of a channel: measured = round((true + bias + walk + normal) / quantum) * quantum, in the
+    unit of the channel."""
 
     channel: SensorChannel
     standard_deviation: float = 0.0
-    """Of what is drawn anew for each sample."""
+    """Standard deviation of the normal error, drawn for each sample."""
     axis: int | None = None
-    """0, 1 or 2 for x, y or z. `None`: all, each with errors of its own."""
+    """0, 1 or 2 for x, y or z. `None`: all, each with separate errors."""
     bias_mean: float = 0.0
-    """Of the bias, which is drawn once."""
+    """Standard deviation of the bias, which is drawn once."""
     bias_standard_deviation: float = 0.0
     random_walk: float = 0.0
-    """Standard deviation of the walk after a second. It grows with the root of time."""
+    """Standard deviation of the walk after a second. It grows with the square root of time."""
     correlation_time: float | None = None
-    """Seconds after which the walk is forgotten. `None`: never."""
+    """Time constant of the walk in seconds. `None`: never forgotten."""
     quantum: float = 0.0
-    """Values are whole multiples of it. 0: any."""
+    """Resolution: values are whole multiples of it. 0: any."""
     dropout: float = 0.0
-    """The part of samples that are lost, 0 to 1."""
+    """Fraction of lost samples, 0 to 1."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Angles at equal distances, both ends among them."""
+    """Equidistant angles, both ends included."""
 
     samples: int
     min: float = 0.0
@@ -78,7 +79,7 @@ class Sweep:
     """rad."""
 
     def angles(self) -> FloatArray:
-        """Each of them, rad."""
+        """Returns each of them, rad."""
         return np.linspace(self.min, self.max, self.samples, dtype=np.float64)
 
 
@@ -86,7 +87,7 @@ Gives = TypeVar("Gives", covariant=True)
 
 
 class SensorKind(Generic[Gives]):
-    """What a sensor measures."""
+    """Quantity of a sensor."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,8 @@ class ImuSensor(SensorKind[ImuMeasurement]):
 
 @dataclass(frozen=True)
 class ForceTorqueSensor(SensorKind[Wrench]):
-    """Force and torque that a joint carries, a fixed one too. The torque is about the sensor's origin."""
+    """Force and torque that a joint carries, fixed joints included. The torque is about the sensor's
+    origin."""
 
     axes: WrenchAxes = "child"
     direction: WrenchDirection = "child_to_parent"
@@ -104,16 +106,16 @@ class ForceTorqueSensor(SensorKind[Wrench]):
 
 @dataclass(frozen=True)
 class ContactSensor(SensorKind[ContactMeasurement]):
-    """What touches a link, and how hard."""
+    """Links that touch a link, and their forces."""
 
     threshold: float = 0.0
-    """N: it is touched from this sum of normal forces on. 0: if there is any."""
+    """Threshold in N: the sum of normal forces that counts as contact. 0: any contact."""
 
 
 @dataclass(frozen=True)
 class RangeSensor(SensorKind[float]):
-    """One ray, along the sensor's x. Its measurements are metres: inf if nothing is within the limits, -inf if something is
-    nearer (REP 117), NaN if it is lost."""
+    """One ray along the sensor's x. Its measurements are metres: inf if nothing is within the limits, -inf if
+    something is nearer (REP 117), NaN if it is lost."""
 
     min: float
     """Metres."""
@@ -134,15 +136,17 @@ class LidarSensor(SensorKind[LidarMeasurement]):
     vertical: Sweep = field(default_factory=lambda: Sweep(1))
     """Up from the plane of x and y."""
     rolling: bool = False
-    """It turns once in a period: column i of n is of (n - 1 - i) / n periods before the stamp, from where the sensor was then."""
+    """Period of one turn. Column i of n is from (n - 1 - i) / n periods before the stamp, at the sensor's
+    pose of that time."""
 
     def directions(self) -> FloatArray:
-        """Of each ray in the sensor's axes, of unit length: rows, columns, x y z."""
+        """Returns directions of the rays in the sensor's axes, of unit length: rows, columns, x y z."""
         up, about = np.meshgrid(self.vertical.angles(), self.horizontal.angles(), indexing="ij")
         return np.stack((np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)), axis=-1)
 
     def points(self, ranges: npt.ArrayLike) -> FloatArray:
-        """Where the rays hit, in the sensor's axes, one row per hit, metres; rays that hit nothing have none."""
+        """Returns the hits of the rays, in the sensor's axes, one row per hit, metres; rays without a hit
+        have none."""
         grid = np.asarray(ranges, dtype=np.float64)
         hit = np.isfinite(grid)
         return self.directions()[hit] * grid[hit][:, None]
@@ -150,7 +154,7 @@ class LidarSensor(SensorKind[LidarMeasurement]):
 
 @dataclass(frozen=True)
 class LinkStateSensor(SensorKind[MotionMeasurement]):
-    """Where the sensor is in the world and how it moves: ground truth."""
+    """Pose and velocity of the sensor in the world: ground truth."""
 
 
 @dataclass(frozen=True)
@@ -158,17 +162,17 @@ class EncoderSensor(SensorKind[EncoderMeasurement]):
     """Position and velocity of a joint with one axis. Its resolution is the `quantum` of its noise."""
 
     backlash: float = 0.0
-    """How far the joint moves where it turns round before the encoder goes along: rad or m."""
+    """Backlash: motion of the joint after a reversal before the encoder follows, rad or m."""
 
 
 @dataclass(frozen=True)
 class OdometrySensor(SensorKind[MotionMeasurement]):
-    """Where the sensor is against where it began."""
+    """Pose of the sensor relative to its start."""
 
 
 @dataclass(frozen=True)
 class CameraSensor(SensorKind[None]):
-    """A pinhole camera that looks along x. It has pictures instead of readings: see `Robot.cameras`."""
+    """A pinhole camera that looks along x. It has pictures and no readings: see `Robot.cameras`."""
 
     width: int
     """Pixels."""
@@ -177,9 +181,9 @@ class CameraSensor(SensorKind[None]):
     horizontal_field_of_view: float
     """rad."""
     near: float
-    """Metres: what is nearer is not seen."""
+    """Near limit of view, metres."""
     far: float
-    """Metres: what is farther is not seen."""
+    """Far limit of view, metres."""
     picture: PictureKind = "color"
 
 
@@ -194,7 +198,7 @@ AnySensorKind = Union[
     OdometrySensor,
     CameraSensor,
 ]
-"""Each kind that there is."""
+"""All kinds of sensors."""
 
 
 @dataclass(frozen=True)
@@ -204,23 +208,23 @@ class SensorInfo:
     robot: str
     name: str
     kind: AnySensorKind | None
-    """`None` for one that only a newer client knows."""
+    """`None` for a kind that only a newer client knows."""
     link: str
     """Empty for sensors of a joint."""
     joint: str
     """Empty for sensors of a link."""
     pose: Pose
-    """link_from_sensor; of a sensor of a joint, the link is the joint's child."""
+    """link_from_sensor; a joint sensor uses the joint's child."""
     rate: float | None
     """Samples per simulated second. `None`: one each step."""
     seed: int
     noise: tuple[SensorNoise, ...]
     described: bool
-    """It came with the robot's description."""
+    """Whether it came with the robot's description."""
     last_sequence: int
-    """Of its newest reading; before its first the number that its own are larger than."""
+    """Sequence of its newest reading; before its first, the number below all of its readings."""
     unavailable: str
-    """Why it has no readings; empty if it has."""
+    """Reason for missing readings; empty if it has readings."""
 
 
 def sensor_to_proto(
@@ -234,7 +238,8 @@ def sensor_to_proto(
     seed: int,
     noise: Iterable[SensorNoise],
 ) -> proto.Sensor:
-    """A sensor as a message. Raises `TypeError` for what is no kind, and `ValueError` for what is no word or number of one."""
+    """Converts a sensor to a message. Raises `TypeError` for an unknown kind, and `ValueError` for an invalid
+    word or number."""
     message = proto.Sensor(
         robot=robot,
         name=name,
@@ -314,7 +319,7 @@ def _noise_to_proto(noise: SensorNoise) -> proto.SensorNoise:
 
 
 def sensor_from_proto(message: proto.SensorInfo) -> SensorInfo:
-    """From its message."""
+    """Converts from its message."""
     sensor = message.sensor
     return SensorInfo(
         robot=sensor.robot,

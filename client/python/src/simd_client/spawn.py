@@ -1,4 +1,4 @@
-"""How a robot is spawned: its options, and the single shapes that can be spawned without a file."""
+"""Options of robots at their spawn, and single shapes that can be spawned without a file."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ UPRIGHT = (0, 0, 0, 1)
 """No rotation: a quaternion x y z w."""
 
 Collision = Literal["mesh", "hull", "parts"]
-"""What collision meshes become: of links that can never move the triangles that they are, and of others the hull; the
-hull of all; convex parts of all."""
+"""Use of collision meshes. `"mesh"`: triangles for links that can never move, and hulls for others. `"hull"`:
+hulls for all. `"parts"`: convex parts for all."""
 
 JointPositions = JointValues
-"""Where joints start: by joint name, in radians or metres or with a unit, of spherical joints a quaternion x y z w; or as an
-array in joint order."""
+"""Initial joint positions: by joint name, in radians or metres or with a unit, or as an array in joint order.
+Spherical joints take a quaternion x y z w."""
 
 _MESH_SHAPES = {
     "mesh": proto.MeshShapes.MESH_SHAPES_MESH,
@@ -43,7 +43,7 @@ _BASES = {None: proto.Base.BASE_UNSPECIFIED, True: proto.Base.BASE_FIXED, False:
 
 @dataclass(frozen=True)
 class SpawnOptions:
-    """How a robot is spawned."""
+    """Options of a robot at its spawn."""
 
     name: str = ""
     allow_renaming: bool = False
@@ -61,8 +61,8 @@ class SpawnOptions:
     beyond_limit: BeyondLimit | Literal["keep"] = "clamp"
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
-        """The request that spawns a description. Raises `ValueError` for another word for `collision`, and for a joint's
-        position that is neither one number nor a quaternion."""
+        """Builds the request that spawns a description. Raises `ValueError` for another word for `collision`,
+        and for a joint's position that is neither one number nor a quaternion."""
         mesh_shapes = _MESH_SHAPES.get(self.collision)
         if mesh_shapes is None:
             raise ValueError(f"collision is 'mesh', 'hull' or 'parts', and not {self.collision!r}")
@@ -97,14 +97,15 @@ class SpawnOptions:
 
 
 def starts_to_proto(layout: Layout, positions: JointPositions | None) -> list[proto.JointReset]:
-    """Where joints of a robot that was just spawned start, as messages; names of other robots of the same file are left out."""
+    """Converts initial positions of a new robot's joints to messages; names from other robots of the same
+    file are left out."""
     if isinstance(positions, Mapping):
         positions = {name: at for name, at in positions.items() if name in layout.by_name}
     return list(resets_to_proto(layout, positions, None))
 
 
 def starts_clamped(clamped: Sequence[Clamped]) -> tuple[Finding, ...]:
-    """What a report says of joints that were to start beyond a limit."""
+    """Formats the findings of a report on initial positions beyond a limit."""
     return tuple(
         Finding(
             Severity.WARNING,
@@ -118,7 +119,7 @@ def starts_clamped(clamped: Sequence[Clamped]) -> tuple[Finding, ...]:
 
 
 def srdf_bytes(path: AnyPath | None) -> bytes:
-    """The file's bytes, or none."""
+    """Returns the file's bytes, or none."""
     return b"" if path is None else Path(path).read_bytes()
 
 
@@ -131,7 +132,8 @@ def shape_options(
     friction: float | None,
     restitution: float | None,
 ) -> SpawnOptions:
-    """Options for a single shape. A name that the caller chose is used or refused; the shape's may be changed."""
+    """Returns options for a single shape. A caller's name is used or refused; the shape's default may be
+    changed."""
     pose, surface = Pose.of(position, orientation), Surface(friction, restitution)
     return SpawnOptions(name or shape, allow_renaming=not name, pose=pose, fixed=fixed, surfaces=surface)
 
@@ -139,7 +141,7 @@ def shape_options(
 def shape_source(
     shape: proto.Primitive, mass: float | None, color: Sequence[float] | None
 ) -> proto.DescriptionSource:
-    """The description of a single shape. Raises `ValueError` for a mass that is not above 0."""
+    """Returns the description of a single shape. Raises `ValueError` unless the mass is above 0."""
     if mass is not None:
         if not mass > 0.0:
             raise ValueError("a mass is above 0 kg; by default it is that of water")
@@ -153,14 +155,14 @@ def shape_source(
 def height_field_file(
     heights: npt.ArrayLike, size: npt.ArrayLike
 ) -> tuple[bytes, tuple[float, float, float]]:
-    """The file of a height field of one by one metre, and the scale that makes it as large as it is. Raises
-    `ValueError` for what is no height field."""
+    """Returns the file of a height field of one by one metre, and the scale to its real size. Raises
+    `ValueError` for an invalid height field."""
     table = np.asarray(heights, dtype=np.float64)
     if table.ndim != 2 or min(table.shape) < 2 or not np.isfinite(table).all():
         raise ValueError(f"heights are numbers in at least 2 rows and 2 columns; these have the shape {table.shape}")
     x, y = vector(size, 2, "the size of a height field").tolist()
     if not (x > 0.0 and y > 0.0):
         raise ValueError("the size of a height field is above 0 m along x and y")
-    # The file has the greatest y first, as a picture is looked at.
+    # The file has the greatest y first, like an image.
     lines = [",".join(map(repr, row)) for row in table[::-1].tolist()]
     return ("\n".join(lines) + "\n").encode(), (x, y, 1.0)

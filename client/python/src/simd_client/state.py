@@ -23,7 +23,7 @@ from simd_client.world import Stamp
 
 
 class Named(Protocol):
-    """A robot, or anything else with a robot's name."""
+    """A robot, or any object with a robot's name."""
 
     @property
     def name(self) -> str:
@@ -38,14 +38,14 @@ def name_of(robot: str | Named) -> str:
 
 @dataclass(frozen=True)
 class Obstruction:
-    """A link that keeps a driven joint from its target by touching what the joint moves."""
+    """A link that blocks a driven joint's motion to its target by touching the joint's links."""
 
     robot: str
-    """The robot that keeps it back; it may be the joint's own."""
+    """Robot of the blocking link; it may be the joint's own robot."""
     link: str
-    """That robot's link; empty if it has one alone."""
+    """Blocking link of that robot; empty if it has only one."""
     own_link: str
-    """The link that is kept back."""
+    """Link that is blocked."""
     effort: float
     """Effort of the contact forces at the joint, N m or N."""
 
@@ -55,10 +55,10 @@ class Obstruction:
 
 @dataclass(frozen=True)
 class JointState:
-    """The state of one joint. Arrays have one entry for revolute, continuous and prismatic joints,
-    none for fixed ones, three for planar ones; a floating joint has seven positions and six velocities; a spherical joint
-    has a quaternion x y z w, and velocities, efforts and targets in the child's axes, of which a target orientation is a
-    rotation vector."""
+    """State of one joint. Arrays have one entry for revolute, continuous and prismatic joints, none for fixed
+    ones, three for planar ones. A floating joint has seven positions and six velocities. A spherical joint
+    has a quaternion x y z w; its velocities, efforts and targets are in the child's axes. A target
+    orientation is a rotation vector."""
 
     name: str
     positions: FloatArray
@@ -66,38 +66,38 @@ class JointState:
     velocities: FloatArray
     """rad/s or m/s."""
     efforts: FloatArray
-    """What the actuator applied over the last step, N m or N."""
+    """Effort that the actuator applied over the last step, N m or N."""
     targets: FloatArray
-    """A position, a velocity or an effort, as `mode` says; 0 when passive."""
+    """Target position, velocity or effort, depending on `mode`; 0 when passive."""
     modes: tuple[JointMode, ...]
     flags: JointFlag
-    """Of all axes together."""
+    """Flags of all axes together."""
     blocked_by: Obstruction | None = None
-    """What keeps it from its target; `None` if nothing touches what it moves, or it reaches its target."""
+    """Link that blocks it; `None` if nothing touches its links, or it reaches its target."""
 
     @property
     def position(self) -> float:
-        """rad or m. Raises `ValueError` for a joint that has not exactly one."""
+        """Position, rad or m. Raises `ValueError` unless the joint has exactly one."""
         return self._only(self.positions)
 
     @property
     def velocity(self) -> float:
-        """rad/s or m/s. Raises `ValueError` for a joint that has not exactly one."""
+        """Velocity, rad/s or m/s. Raises `ValueError` unless the joint has exactly one."""
         return self._only(self.velocities)
 
     @property
     def effort(self) -> float:
-        """N m or N. Raises `ValueError` for a joint that has not exactly one."""
+        """Effort, N m or N. Raises `ValueError` unless the joint has exactly one."""
         return self._only(self.efforts)
 
     @property
     def target(self) -> float:
-        """As `mode` says. Raises `ValueError` for a joint that has not exactly one."""
+        """Target, depending on `mode`. Raises `ValueError` unless the joint has exactly one."""
         return self._only(self.targets)
 
     @property
     def mode(self) -> JointMode:
-        """Of the first axis; `NONE` for a fixed joint."""
+        """Mode of the first axis; `NONE` for a fixed joint."""
         return self.modes[0] if self.modes else JointMode.NONE
 
     def _only(self, values: FloatArray) -> float:
@@ -107,16 +107,16 @@ class JointState:
 
 
 class RobotState(FixedAttributes):
-    """The state of one robot's joints, or of those that were selected, at one moment.
+    """State of one robot's joints, or of its selected joints, at one moment.
 
-    Arrays are in joint order, or in the order of the selection. They are made on first use.
+    Arrays are in joint order, or in the order of the selection. They are created on first use.
     """
 
     sensors: Mapping[str, SensorReading[Any]]
-    """The newest reading of each sensor that was asked for, by name; of those that have one. Each has its own stamp."""
+    """Newest reading of each requested sensor that has one, by name. Each has a separate stamp."""
     stamp: Stamp
     layout: Layout
-    """Of the whole robot. It may be newer than the arrays if the robot was reloaded."""
+    """Layout of the whole robot. It may be newer than the arrays if the robot was reloaded."""
     selected: tuple[str, ...]
     """The selected joints; empty for all of them."""
 
@@ -141,7 +141,7 @@ class RobotState(FixedAttributes):
 
     @property
     def layout_version(self) -> int:
-        """Of the arrays."""
+        """Names of the joints in the arrays."""
         return self._message.layout_version
 
     @cached_property
@@ -156,12 +156,12 @@ class RobotState(FixedAttributes):
 
     @cached_property
     def effort(self) -> FloatArray:
-        """What the actuators applied over the last step, N m or N."""
+        """Efforts that the actuators applied over the last step, N m or N."""
         return _array(self._message.effort)
 
     @cached_property
     def target(self) -> FloatArray:
-        """Positions, velocities or efforts, as `mode` says; 0 when passive."""
+        """Target positions, velocities or efforts, depending on `mode`; 0 when passive."""
         return _array(self._message.target)
 
     @cached_property
@@ -180,7 +180,7 @@ class RobotState(FixedAttributes):
         return self.robot
 
     def __getitem__(self, joint: str) -> JointState:
-        """One joint's state. Raises `JointNotFound`, also for one that was not selected."""
+        """Returns one joint's state. Raises `JointNotFound`, also for a joint that was not selected."""
         info, positions, velocities = self._slices(joint)
         return JointState(
             name=info.name,
@@ -281,9 +281,9 @@ class States(Mapping[str, RobotState]):
     clamped: tuple[Clamped, ...] = ()
     """Targets of the call that were beyond a limit."""
     links: Mapping[str, LinkStates] = field(default_factory=dict[str, LinkStates])
-    """Of the same robots, if a step was asked for them."""
+    """States of the same robots, if the call requested a step for them."""
     contacts: tuple[Contact, ...] = ()
-    """In which these robots take part, if a step was asked for them."""
+    """Contact points of these robots, if the call requested a step for them."""
 
     def __getitem__(self, robot: str | Named) -> RobotState:
         name = name_of(robot)
@@ -300,7 +300,7 @@ class States(Mapping[str, RobotState]):
 
 
 def layout_changed(robot: str) -> LayoutChanged:
-    """The error for arrays of one layout and names of another."""
+    """Returns the error for arrays of one layout and names of another."""
     error = LayoutChanged(f"the joints of robot `{robot}` are no longer those of the layout that was fetched")
     error.code, error.reason, error.metadata = "ABORTED", "LAYOUT_CHANGED", {"robot": robot}
     return error
@@ -313,7 +313,7 @@ def robot_state(
     selected: Sequence[str] = (),
     sensors: Mapping[str, SensorReading[Any]] | None = None,
 ) -> RobotState:
-    """One robot's arrays from their message."""
+    """Converts one robot's arrays from their message."""
     if not selected and layout.version == message.layout_version:
         arrays = (message.velocity, message.effort, message.target, message.mode, message.flags)
         if len(message.position) != layout.position_count or any(
@@ -324,7 +324,7 @@ def robot_state(
 
 
 def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped, ...]:
-    """Targets that were beyond a limit, from their messages."""
+    """Converts clamped targets from their messages."""
     return tuple(Clamped(each.robot, each.joint, each.requested, each.applied) for each in messages)
 
 

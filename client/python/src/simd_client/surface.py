@@ -11,8 +11,8 @@ from simd_client import proto
 
 @dataclass(frozen=True)
 class Surface:
-    """Friction, restitution and collision groups of a link. What two have in a contact is up to the world:
-    `Physics.surface_combination`."""
+    """Friction, restitution and collision groups of a link. `Physics.surface_combination` of the world
+    combines the surfaces of two links in contact."""
 
     friction: float | None = None
     """Coefficient of dry friction, at least 0. `None` does not change it; in a reading it means that the link has no
@@ -25,13 +25,14 @@ class Surface:
     """The groups that it touches: 32 bits, by default all. Two links touch if one of them is in a group that the other
     one touches. `None` as for friction."""
     rolling_friction: float | None = None
-    """The torque against rolling is at most this many metres times the normal force; at least 0. `None` as for friction."""
+    """Rolling friction: the maximum torque is this many metres times the normal force; at least 0. `None` as
+    for friction."""
     spinning_friction: float | None = None
-    """The same against turning about the normal."""
+    """Spinning friction about the normal, in the same unit."""
     contact_stiffness: float | None = None
-    """Of the spring that each point of a contact is, N/m; 0 is rigid. `None` as for friction."""
+    """Stiffness of the spring at each contact point, N/m; 0 is rigid. `None` as for friction."""
     contact_damping: float | None = None
-    """Of the damper beside that spring, N s/m. `None` as for friction."""
+    """Damping beside that spring, N s/m. `None` as for friction."""
 
 
 Surfaces = Union[Surface, Mapping[str, Surface]]
@@ -39,7 +40,7 @@ Surfaces = Union[Surface, Mapping[str, Surface]]
 
 
 def surfaces_to_proto(surfaces: Surfaces | None) -> list[proto.LinkProperties]:
-    """As messages; an empty name is all links."""
+    """Converts to messages; an empty name means all links."""
     if surfaces is None:
         return []
     named = {"": surfaces} if isinstance(surfaces, Surface) else surfaces
@@ -60,7 +61,7 @@ def surfaces_to_proto(surfaces: Surfaces | None) -> list[proto.LinkProperties]:
 
 
 def surface_from_proto(message: proto.LinkProperties) -> Surface:
-    """One link's from its message."""
+    """Converts one link's from its message."""
     return Surface(
         message.friction if message.HasField("friction") else None,
         message.restitution if message.HasField("restitution") else None,

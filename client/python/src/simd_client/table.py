@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 
-# Control characters, format characters (turned text, zero width), and separators of lines and paragraphs.
+# Control characters, format characters (reversed text, zero width), and separators of lines and paragraphs.
 _HIDDEN = {"Cc", "Cf", "Zl", "Zp"}
 
 
 def printable(text: str) -> str:
-    """The text with whatever a reader cannot see as `\\u{202e}`: names come from untrusted files."""
+    """Returns the text with invisible characters as `\\u{202e}`: names come from untrusted files."""
     return "".join(
         f"\\u{{{ord(char):x}}}" if unicodedata.category(char) in _HIDDEN else char for char in text
     )
@@ -27,7 +27,7 @@ class Table:
     rows: Sequence[Sequence[str]]
 
     def text(self) -> str:
-        """Aligned columns, indented by two."""
+        """Formats aligned columns, indented by two."""
         lines = [[printable(cell) for cell in line] for line in (self.headings, *self.rows)]
         widths = [max(len(line[column]) for line in lines) for column in range(len(self.headings))]
         padded = ("  ".join(cell.ljust(width) for cell, width in zip(line, widths)) for line in lines)

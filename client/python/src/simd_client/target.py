@@ -16,30 +16,31 @@ from simd_client.layout import JointInfo, JointMode, JointType, Layout
 from simd_client.quantity import Quantity, number
 
 BeyondLimit = Literal["clamp", "refuse"]
-"""What to do with a target beyond a limit: clamp it and report it, or refuse it with `TargetBeyondLimit`."""
+"""Behaviour of a target beyond a limit: clamp and report it, or refuse it with `TargetBeyondLimit`."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """A target for one joint's actuator. Radians, newton metres and seconds for joints that turn;
-    metres, newtons and seconds for joints that slide."""
+    """A target for one joint's actuator. Units are radians, newton metres and seconds for rotating joints;
+    metres, newtons and seconds for sliding joints."""
 
     mode: JointMode
     value: float = 0.0
     """Position, velocity or effort."""
     target_velocity: float = 0.0
-    """Of a position target: the velocity that the damper pulls towards."""
+    """Velocity that a position target's damper pulls towards."""
     stiffness: float | None = None
     damping_gain: float | None = None
     feed_forward: float = 0.0
     max_effort: float | None = None
     max_velocity: float | None = None
     vector: tuple[float, ...] = ()
-    """Of a spherical joint, instead of `value`: a quaternion x y z w, or three numbers in the child's axes."""
+    """Target of a spherical joint, instead of `value`: a quaternion x y z w, or three numbers in the child's
+    axes."""
     vector_velocity: tuple[float, ...] = ()
-    """Of an orientation: the velocity that the damper pulls towards."""
+    """Velocity that an orientation target's damper pulls towards."""
     vector_feed_forward: tuple[float, ...] = ()
-    """Of a spherical joint, instead of `feed_forward`."""
+    """Feed-forward torque of a spherical joint, instead of `feed_forward`."""
 
     @staticmethod
     def position(
@@ -52,12 +53,12 @@ class Target:
         max_effort: float | None = None,
         max_velocity: float | None = None,
     ) -> Target:
-        """Go to a position (rad or m, or text such as "90deg") and stay there.
+        """Moves to a position (rad or m, or text such as "90deg") and stays there.
 
-        `velocity` is the velocity that the damper pulls towards. `stiffness` (N m/rad or N/m) is the joint's default
-        unless it is given; `damping` (N m s/rad or N s/m) is critical for a given stiffness, else the default.
-        `feed_forward` (N m or N) is added to the effort. `max_effort` and `max_velocity` limit this target, in
-        addition to the joint's own limits.
+        `velocity` is the velocity that the damper pulls towards. `stiffness` (N m/rad or N/m) defaults to the
+        joint's. `damping` (N m s/rad or N s/m) defaults to critical damping of a given stiffness, else to the
+        joint's. `feed_forward` (N m or N) is added to the effort. `max_effort` and `max_velocity` limit this
+        target, in addition to the joint's own limits.
         """
         return Target(
             JointMode.POSITION,
@@ -78,7 +79,8 @@ class Target:
         feed_forward: float = 0.0,
         max_effort: float | None = None,
     ) -> Target:
-        """Move at a velocity (rad/s or m/s, or text such as "30rpm"). The default `damping` reaches it to 0.1 %."""
+        """Moves at a velocity (rad/s or m/s, or text such as "30rpm"). The default `damping` reaches it to
+        0.1 %."""
         return Target(
             JointMode.VELOCITY,
             number(velocity, "velocity"),
@@ -89,7 +91,7 @@ class Target:
 
     @staticmethod
     def effort(effort: Quantity) -> Target:
-        """Apply an effort (N m or N) until the next target."""
+        """Applies an effort (N m or N) until the next target."""
         return Target(JointMode.EFFORT, number(effort, "effort"))
 
     @staticmethod
@@ -103,10 +105,11 @@ class Target:
         max_effort: float | None = None,
         max_velocity: float | None = None,
     ) -> Target:
-        """Turn a spherical joint to an orientation, a quaternion x y z w in the joint's frame, and stay there.
+        """Rotates a spherical joint to an orientation, a quaternion x y z w in the joint's frame, and stays
+        there.
 
-        `angular_velocity` (rad/s) and `feed_forward` (N m) are in the child's axes; gains and limits are about each of them,
-        otherwise as in `Target.position`. The spring pulls the short way round.
+        `angular_velocity` (rad/s) and `feed_forward` (N m) are in the child's axes. Gains and limits apply
+        about each of them, otherwise as in `Target.position`. The spring pulls the short way round.
         """
         return Target(
             JointMode.POSITION,
@@ -127,7 +130,7 @@ class Target:
         feed_forward: npt.ArrayLike = (0.0, 0.0, 0.0),
         max_effort: float | None = None,
     ) -> Target:
-        """Turn a spherical joint at a velocity, rad/s in the child's axes."""
+        """Rotates a spherical joint at a velocity, rad/s in the child's axes."""
         return Target(
             JointMode.VELOCITY,
             damping_gain=damping,
@@ -138,21 +141,21 @@ class Target:
 
     @staticmethod
     def torque(torque: npt.ArrayLike) -> Target:
-        """Apply a torque to a spherical joint, N m in the child's axes, until the next target."""
+        """Applies a torque to a spherical joint, N m in the child's axes, until the next target."""
         return Target(JointMode.EFFORT, vector=_numbers(torque, 3, "a torque"))
 
     @staticmethod
     def passive() -> Target:
-        """No actuator: only the joint's own damping and friction."""
+        """Switches the actuator off: only the joint's damping and friction remain."""
         return Target(JointMode.PASSIVE)
 
     @staticmethod
     def hold() -> Target:
-        """Stay where the joint is when the target takes effect."""
+        """Holds the joint's position at the moment when the target takes effect."""
         return Target(JointMode.HOLD)
 
     def to_proto(self, joint: str, axis: int = 0) -> proto.JointTarget:
-        """As a message, for the joint of that name."""
+        """Converts to a message, for the joint with this name."""
         if self.vector:
             return self._spherical(joint, axis)
         if self.mode is JointMode.POSITION:
@@ -224,38 +227,38 @@ class Whole:
 
     mode: JointMode
     values: FloatArray | None = None
-    """Aligned with the robot's `velocity`, or for positions with its `position`. Of a spherical joint the former has a
-    rotation vector, the latter a quaternion."""
+    """Aligned with the robot's `velocity`, or for positions with its `position`. A spherical joint has a
+    rotation vector in the former, a quaternion in the latter."""
 
     @staticmethod
     def positions(values: npt.ArrayLike) -> Whole:
-        """Go to these positions (rad or m) and stay there."""
+        """Moves to these positions (rad or m) and stays there."""
         return Whole(JointMode.POSITION, np.asarray(values, dtype=np.float64))
 
     @staticmethod
     def velocities(values: npt.ArrayLike) -> Whole:
-        """Move at these velocities (rad/s or m/s)."""
+        """Moves at these velocities (rad/s or m/s)."""
         return Whole(JointMode.VELOCITY, np.asarray(values, dtype=np.float64))
 
     @staticmethod
     def efforts(values: npt.ArrayLike) -> Whole:
-        """Apply these efforts (N m or N)."""
+        """Applies these efforts (N m or N)."""
         return Whole(JointMode.EFFORT, np.asarray(values, dtype=np.float64))
 
     @staticmethod
     def hold() -> Whole:
-        """Stay where the joints are."""
+        """Holds the joints' positions."""
         return Whole(JointMode.HOLD)
 
     @staticmethod
     def passive() -> Whole:
-        """No actuators."""
+        """Switches all actuators off."""
         return Whole(JointMode.PASSIVE)
 
 
 def whole_or_by_name(mode: JointMode, values: npt.ArrayLike | Mapping[str, Quantity], layout: Layout) -> RobotTargets:
-    """Targets of one mode, as an array in joint order or by joint name, where they may have units. Raises `ValueError` for a unit
-    that does not fit the joint."""
+    """Targets of one mode, as an array in joint order or by joint name, optionally with units. Raises
+    `ValueError` for a unit that does not fit the joint."""
     if not isinstance(values, Mapping):
         texts: list[Any] = np.asarray(values).ravel().tolist()
         if any(isinstance(value, str) for value in texts):
@@ -290,28 +293,28 @@ def _alone(is_velocity: bool, value: Quantity | Target, joint: JointInfo | None)
 
 
 OneTarget = Union[float, str, Target, Sequence[Union[float, Target]]]
-"""For one joint: a position, a position with a unit ("90deg"), a `Target`, for a planar joint three of them
-(x, y, angle), or for a spherical joint a quaternion of four numbers (x, y, z, w)."""
+"""Target of one joint: a position, a position with a unit ("90deg") or a `Target`. A planar joint takes three
+of them (x, y, angle), and a spherical joint a quaternion of four numbers (x, y, z, w)."""
 
 Numbers = npt.NDArray[Union[np.floating[Any], np.integer[Any]]]
 """An array of any kind of number."""
 
 RobotTargets = Union[Whole, Mapping[str, OneTarget], Sequence[float], Numbers]
-"""For one robot: an array of positions in joint order, a `Whole`, or targets by joint name."""
+"""Targets of one robot: an array of positions in joint order, a `Whole`, or targets by joint name."""
 
 Targets = Mapping[Any, RobotTargets]
-"""For several robots: by robot (`Robot` or `aio.Robot`), or by its name."""
+"""Targets of several robots: by robot (`Robot` or `aio.Robot`), or by its name."""
 
 
 def needs_layout(targets: RobotTargets) -> bool:
-    """Whether the targets are an array, which means nothing without a layout, or have units, which must fit."""
+    """Whether the targets need a layout: an array, or units, which must fit."""
     if isinstance(targets, Mapping):
         return any(isinstance(target, str) for target in targets.values())
     return not (isinstance(targets, Whole) and targets.values is None)
 
 
 def targets_to_proto(robot: str, targets: RobotTargets, layout: Layout | None) -> proto.RobotTargets:
-    """As a message. Raises `ValueError` if the length of an array is not the layout's."""
+    """Converts to a message. Raises `ValueError` if the length of an array is not the layout's."""
     if isinstance(targets, Mapping):
         joints = [wire for joint, target in targets.items() for wire in _one(joint, target, layout)]
         return proto.RobotTargets(robot=robot, joints=joints)
@@ -346,7 +349,7 @@ def _one(joint: str, target: OneTarget, layout: Layout | None) -> list[proto.Joi
 
 
 def _aligned(whole: Whole, values: FloatArray, layout: Layout) -> FloatArray:
-    """Positions may be given as they are read; the message has one for each velocity."""
+    """Callers may pass positions as read; the message has one for each velocity."""
     if values.shape == (layout.velocity_count,):
         return values
     if whole.mode is JointMode.POSITION and values.shape == (layout.position_count,):
@@ -371,7 +374,8 @@ def _not_finite(mode: JointMode, values: FloatArray, layout: Layout) -> InvalidV
 
 
 def beyond_limit_to_proto(beyond_limit: BeyondLimit, *more: str) -> proto.LimitPolicy:
-    """As its number. Raises `ValueError` for another word; `more` are those that the caller knows beside."""
+    """Converts to its number. Raises `ValueError` for another word; `more` are additional words that the
+    caller accepts."""
     if beyond_limit == "clamp":
         return proto.LimitPolicy.LIMIT_POLICY_CLAMP
     if beyond_limit == "refuse":

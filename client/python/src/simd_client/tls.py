@@ -1,4 +1,4 @@
-"""Why a connection with TLS fails: Zenoh itself only says that it timed out."""
+"""Reasons for failed TLS connections; Zenoh only reports a timeout."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from simd_client.endpoint import Endpoint
 from simd_client.errors import EndpointError
 
 ROOT = "transport/link/tls/"
-"""Where Zenoh has its settings for certificates."""
+"""Zenoh's settings for certificates."""
 
 _ARGUMENTS = {
     name: f"`{argument}` of `simd_client.tls.authority`"
     for name, argument in (("root_ca_certificate", "ca"), ("connect_certificate", "certificate"), ("connect_private_key", "key"))
 }
 _SECONDS = 1.0
-# A daemon that asks for a certificate says so only after the client's half of the handshake.
+# A daemon that requires a certificate says so only after the client's half of the handshake.
 _ALERT_SECONDS = 0.5
 
 
 def authority(ca: str | None = None, certificate: str | None = None, key: str | None = None) -> dict[str, object]:
-    """Settings of Zenoh for these files: the authority that signed the daemon's certificate, and a certificate of this
-    client with its private key, where the daemon asks for one."""
+    """Returns Zenoh's settings for these files: the authority that signed the daemon's certificate, and
+    optionally the client's certificate with its private key."""
     names = {"root_ca_certificate": ca, "connect_certificate": certificate, "connect_private_key": key}
     settings: dict[str, object] = {ROOT + name: value for name, value in names.items() if value}
     if certificate or key:
@@ -38,7 +38,8 @@ def authority(ca: str | None = None, certificate: str | None = None, key: str | 
 
 
 def of_environment(endpoint: Endpoint, given: Mapping[str, object]) -> dict[str, object]:
-    """The certificates that the environment names, as `simctl` reads them, unless settings name some."""
+    """Returns the certificates that the environment names, as `simctl` reads them, unless settings name
+    some."""
     if not _is_tls(endpoint) or any(name.startswith(ROOT) for name in given):
         return {}
     files = (os.environ.get(name) or None for name in ("SIMD_TLS_CA", "SIMD_TLS_CLIENT_CERT", "SIMD_TLS_CLIENT_KEY"))
@@ -46,14 +47,14 @@ def of_environment(endpoint: Endpoint, given: Mapping[str, object]) -> dict[str,
 
 
 def known_authority(config: object) -> str | None:
-    """The file of the authority in the settings, else in the environment."""
+    """Returns the authority's file from the settings, else from the environment."""
     given: dict[object, object] = dict(config) if isinstance(config, Mapping) else {}  # pyright: ignore[reportUnknownArgumentType]
     named = next((value for name, value in given.items() if str(name).replace(".", "/") == ROOT + "root_ca_certificate"), None)
     return str(named) if named else os.environ.get("SIMD_TLS_CA") or None
 
 
 def check_files(endpoint: Endpoint, settings: zenoh.Config) -> None:
-    """Raises `EndpointError` for a file of the settings that is not there, or is none of its kind."""
+    """Raises `EndpointError` for a file of the settings that is missing or of the wrong kind."""
     if not _is_tls(endpoint):
         return
     files = _files(settings)
@@ -78,8 +79,8 @@ def check_files(endpoint: Endpoint, settings: zenoh.Config) -> None:
 
 
 def why_not(endpoint: Endpoint, settings: zenoh.Config) -> str | None:
-    """Why what listens at the endpoint is not connected to, as a sentence; `None` if nothing listens there or nothing
-    is known."""
+    """Returns a sentence on why the server at the endpoint is not connected to; `None` if no server listens
+    or nothing is known."""
     address = endpoint.locator.partition("/")[2].partition("?")[0]
     host, _, port = address.rpartition(":")
     host = host.strip("[]")
@@ -121,7 +122,7 @@ def _why(error: OSError) -> str:
 
 
 def _shake(host: str, port: str, context: ssl.SSLContext) -> OSError | None:
-    """Makes a handshake and waits for an alert. `None` if there was none."""
+    """Makes a handshake and waits for an alert. Returns `None` without an alert."""
     try:
         with socket.create_connection((host, int(port)), timeout=_SECONDS) as plain:
             with context.wrap_socket(plain, server_hostname=host) as secured:
@@ -136,7 +137,7 @@ def _shake(host: str, port: str, context: ssl.SSLContext) -> OSError | None:
 
 
 def _careless() -> ssl.SSLContext:
-    """Finds out whether TLS is spoken, and sends nothing."""
+    """Finds out whether the server speaks TLS, and sends nothing."""
     context = ssl.create_default_context()
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE

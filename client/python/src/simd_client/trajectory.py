@@ -1,4 +1,4 @@
-"""Trajectories of joints: what is asked, and how it ended."""
+"""Trajectories of joints: requests, and how they ended."""
 
 from __future__ import annotations
 
@@ -16,60 +16,61 @@ from simd_client.geometry import FloatArray
 from simd_client.world import Stamp
 
 Tolerance = Optional[Union[float, Mapping[str, float]]]
-"""How far joints may be from where they are to be, in rad or m: one number for all, or by name; `None` is any distance."""
+"""Maximum deviation of joints from their path, in rad or m: one number for all, or by name; `None` means no
+limit."""
 
 
 class TrajectoryOutcome(Enum):
     """How a trajectory ended."""
 
     UNKNOWN = 0
-    """In a way that only a newer client knows."""
+    """Ended in a way that only a newer client knows."""
     SUCCEEDED = 1
-    """The joints came to the goal."""
+    """The joints reached the goal."""
     PATH_TOLERANCE_VIOLATED = 2
     """A joint left the path."""
     GOAL_TOLERANCE_VIOLATED = 3
-    """A joint did not come to the goal in time."""
+    """A joint did not reach the goal in time."""
     CANCELLED = 4
-    """By a request, a reset, the end of a claim and the like."""
+    """Ended by a request, a reset, the end of a claim and the like."""
     SUPERSEDED = 5
     """Another trajectory, or another target, took a joint."""
 
 
 class TrajectoryStatus(Enum):
-    """What a trajectory does."""
+    """State of a trajectory."""
 
     UNKNOWN = 0
-    """What only a newer client knows."""
+    """A state that only a newer client knows."""
     ACTIVE = 1
     """Its joints follow it."""
     QUEUED = 2
-    """It begins when those before it have succeeded."""
+    """It begins when its predecessors have succeeded."""
     DELAYED = 3
     """It begins after its delay."""
 
 
 @dataclass(frozen=True)
 class TrajectoryProgress:
-    """A trajectory that is carried out or waits."""
+    """A trajectory that runs or waits."""
 
     id: int
     joints: tuple[str, ...]
     status: TrajectoryStatus
     elapsed: float
-    """Simulated seconds since it began; more than `duration` while joints are to come to the goal."""
+    """Simulated seconds since it began; more than `duration` while joints settle at the goal."""
     duration: float
     """Simulated seconds from its beginning to its last point."""
     delay: float
-    """Simulated seconds until it begins, where it is delayed."""
+    """Simulated seconds until it begins, if it is delayed."""
     desired: FloatArray
-    """Where the joints are to be now, rad or m; empty where it is not active."""
+    """Desired positions of the joints, rad or m; empty unless it is active."""
     actual: FloatArray
-    """Where they are."""
+    """Actual positions of the joints."""
 
 
 def progress_from_proto(message: proto.Trajectory) -> TrajectoryProgress:
-    """A trajectory out of its message."""
+    """Converts a trajectory from its message."""
     known = message.status in {status.value for status in TrajectoryStatus}
     return TrajectoryProgress(
         id=message.id,
@@ -89,17 +90,17 @@ class TrajectoryResult:
 
     outcome: TrajectoryOutcome
     message: str
-    """Which joint, and by how much."""
+    """Joint and deviation that ended it."""
     stamp: Stamp
 
     @property
     def succeeded(self) -> bool:
-        """Whether the joints came to the goal."""
+        """Whether the joints reached the goal."""
         return self.outcome is TrajectoryOutcome.SUCCEEDED
 
 
 def result_of(event: Event, robot: str, id: int) -> TrajectoryResult | None:
-    """What an event says of a trajectory, if it is of its end."""
+    """Returns a trajectory's result from an event, if the event is its end."""
     ended = event.detail
     if event.kind != "trajectory_ended" or (ended.robot, ended.id) != (robot, id):
         return None
@@ -116,7 +117,7 @@ def points_to_proto(
     accelerations: npt.ArrayLike | None,
     efforts: npt.ArrayLike | None,
 ) -> list[proto.TrajectoryPoint]:
-    """One message for each time. Raises `ValueError` if a shape does not fit."""
+    """Builds one message for each time. Raises `ValueError` if a shape does not fit."""
     at = np.asarray(times, dtype=np.float64)
     if at.ndim != 1:
         raise ValueError(f"times have the shape {at.shape}; they are a list")
@@ -143,7 +144,7 @@ def points_to_proto(
 
 
 def tolerances_to_proto(joints: Sequence[str], tolerance: Tolerance) -> list[proto.TrajectoryTolerance]:
-    """One message for each joint that has one."""
+    """Builds one message for each joint that has a tolerance."""
     if tolerance is None:
         return []
     if isinstance(tolerance, Mapping):

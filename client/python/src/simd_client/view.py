@@ -1,4 +1,4 @@
-"""What programs draw in pages, where the cameras of pages are, and what people do there with keys and mouse."""
+"""Drawings of programs in pages, the pages' cameras, and people's input by keys and mouse."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from simd_client.geometry import FloatArray, vector, vector_from_proto, vector_t
 from simd_client.state import Named, name_of
 
 MarkerKind = Literal["lines", "points", "text"]
-"""What a marker is."""
+"""Kind of a marker."""
 
 MouseButton = Literal["left", "middle", "right"]
 """A button of a mouse."""
@@ -28,83 +28,85 @@ _BUTTONS: dict[proto.MouseButton, MouseButton] = {
 
 @dataclass(frozen=True, eq=False)
 class Marker:
-    """Something that is drawn."""
+    """A drawing in the pages."""
 
     id: int
     kind: MarkerKind
     points: FloatArray
-    """Metres: of lines (N, 2, 3), both ends of each; of points (N, 3); of a text (1, 3), where it begins."""
+    """Points in metres: for lines (N, 2, 3), both ends of each; for points (N, 3); for a text (1, 3), its
+    beginning."""
     text: str = ""
-    """Of a text."""
+    """Text of a text marker."""
     colors: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     """Red, green, blue of each line or point, (N, 3) or (0, 3)."""
     color: tuple[float, float, float] | None = None
-    """Red, green, blue of what has no colours of its own. `None`: what can be seen in the page."""
+    """Red, green, blue of everything without separate colours. `None`: a colour that is visible in the
+    page."""
     size: float = 1.0
-    """Of lines and points CSS pixels, of a text the height of a line in metres."""
+    """For lines and points CSS pixels, for a text the height of a line in metres."""
     robot: str = ""
-    """The robot that it moves with; empty: none."""
+    """Robot that it moves with; empty: none."""
     link: str = ""
-    """Of the robot; empty: its root link."""
+    """Link of the robot; empty: its root link."""
     life_time: float | None = None
-    """Wall seconds that are left; `None`: it stays."""
+    """Remaining wall seconds; `None`: it stays."""
     owner: str = ""
-    """Who drew it, for people."""
+    """Creator, for people."""
 
 
 @dataclass(frozen=True, eq=False)
 class ViewCamera:
-    """The camera of a page that is open."""
+    """Camera of an open page."""
 
     client: str
     """The page's name."""
     position: FloatArray
     """World axes, metres."""
     target: FloatArray
-    """What it turns about: world axes, metres."""
+    """Point that it orbits: world axes, metres."""
     up: FloatArray
     """World axes, of unit length."""
     field_of_view: float
-    """Vertical, radians."""
+    """Vertical field of view, radians."""
     width: int
-    """Of the picture, CSS pixels."""
+    """Width of the picture, CSS pixels."""
     height: int
-    """Of the picture, CSS pixels."""
+    """Height of the picture, CSS pixels."""
     age: float
     """Wall seconds since it last moved."""
     followed_version: int
-    """What `set_camera` returned for the newest that the page has followed; 0: none."""
+    """Return value of the newest `set_camera` that the page has followed; 0: none."""
 
 
 @dataclass(frozen=True)
 class KeyEvent:
-    """A key went down or up in a page. Keys that repeat while they are held down are reported once."""
+    """A key went down or up in a page. Repetitions of a held key are left out."""
 
     sequence: int
     client: str
     """The page's name."""
     key: str
-    """As `KeyboardEvent.key` of browsers has it: `a`, `A`, `ArrowUp`, `F1`."""
+    """`KeyboardEvent.key` of browsers: `a`, `A`, `ArrowUp`, `F1`."""
     code: str
-    """As `KeyboardEvent.code` has it, the place of the key whatever is printed on it: `KeyA`."""
+    """`KeyboardEvent.code`, the position of the key regardless of its label: `KeyA`."""
     is_down: bool
 
 
 @dataclass(frozen=True)
 class MouseEvent:
-    """The mouse moved over the picture of a page, or a button of it went down or up."""
+    """The mouse moved over the picture of a page, or one of its buttons went down or up."""
 
     sequence: int
     client: str
     """The page's name."""
     x: float
-    """From the left of the picture, CSS pixels."""
+    """Distance from the left of the picture, CSS pixels."""
     y: float
-    """From its top, CSS pixels."""
+    """Distance from its top, CSS pixels."""
     button: MouseButton | None
-    """`None`: it moved."""
+    """Button; `None`: it moved."""
     is_down: bool
-    """Of the button."""
+    """Whether the button went down."""
 
 
 @dataclass(frozen=True)
@@ -112,15 +114,15 @@ class Input:
     """Keys and mouse after a sequence."""
 
     sequence: int
-    """From which to go on."""
+    """Sequence to continue from."""
     events: tuple[KeyEvent | MouseEvent, ...] = ()
-    """In their order."""
+    """Events in order."""
     missed: bool = False
-    """Some before these are gone: the daemon keeps the last 1,024."""
+    """Whether earlier events were lost: the daemon keeps the last 1,024."""
 
 
 def drawn(points: npt.ArrayLike, shape: tuple[int, ...], what: str) -> list[float]:
-    """Points as packed numbers. Raises `ValueError` for an array of another form than (N, *shape)."""
+    """Packs points as numbers. Raises `ValueError` for an array of another form than (N, *shape)."""
     array = np.asarray(points, dtype=np.float32)
     if array.shape == shape:
         array = array[None]
@@ -138,7 +140,7 @@ def marker_to_proto(
     life_time: float | None,
     replace: int | None,
 ) -> proto.Marker:
-    """What all markers have."""
+    """Common properties of all markers."""
     marker = proto.Marker(
         id=replace or 0,
         robot="" if robot is None else name_of(robot),
@@ -152,7 +154,7 @@ def marker_to_proto(
 
 
 def marker_from_proto(message: proto.Marker) -> Marker:
-    """From its message."""
+    """Converts from its message."""
     shape: Any = {}
     kind: MarkerKind = "lines"
     if message.HasField("text"):
@@ -183,7 +185,7 @@ def _rows(values: Any, columns: int) -> FloatArray:
 
 
 def camera_from_proto(message: proto.PageCamera) -> ViewCamera:
-    """From its message."""
+    """Converts from its message."""
     camera = message.camera
     return ViewCamera(
         client=message.client,
@@ -201,7 +203,7 @@ def camera_from_proto(message: proto.PageCamera) -> ViewCamera:
 def camera_to_proto(
     position: npt.ArrayLike, target: npt.ArrayLike, field_of_view: float | None
 ) -> proto.SetCameraRequest:
-    """The request that moves cameras."""
+    """Builds the request that moves cameras."""
     return proto.SetCameraRequest(
         position=vector_to_proto(position, "a position"),
         target=vector_to_proto(target, "a target"),
@@ -210,7 +212,8 @@ def camera_to_proto(
 
 
 def color_to_proto(robot: str, link: str, color: Sequence[float] | None) -> proto.LinkColor:
-    """The colour of a link, or that of its description. Raises `ValueError` for a colour of another length."""
+    """Converts the colour of a link, or the colour of its description. Raises `ValueError` for a colour of
+    another length."""
     message = proto.LinkColor(robot=robot, link=link)
     if color is not None:
         if len(color) not in (3, 4):
@@ -221,7 +224,7 @@ def color_to_proto(robot: str, link: str, color: Sequence[float] | None) -> prot
 
 
 def input_from_proto(message: proto.NextInputResponse) -> Input:
-    """From its message."""
+    """Converts from its message."""
     events = tuple(_event(each) for each in message.events if each.WhichOneof("kind"))
     return Input(message.sequence, events, message.missed)
 

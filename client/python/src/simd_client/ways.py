@@ -19,7 +19,8 @@ _MOST_BYTES = 65536
 
 
 def find(endpoint: Endpoint, timeout: float, ca: str | None) -> Endpoint:
-    """The locator of the daemon at an HTTP address, and its name. `ca` is the authority of its certificate."""
+    """Returns the locator of the daemon at an HTTP address, and its name. `ca` is the authority of its
+    certificate."""
     document = _ask(endpoint, timeout, ca)
     name = str(document.get("name", ""))
     if endpoint.name is not None and endpoint.name != name:
@@ -41,7 +42,7 @@ def find(endpoint: Endpoint, timeout: float, ca: str | None) -> Endpoint:
 
 
 def choose(listens: Sequence[str], routers: Sequence[str], host: str, is_tls: bool) -> str | None:
-    """The locator for a client that reaches the machine of the daemon as `host`."""
+    """Returns the locator for a client that reaches the daemon's machine as `host`."""
     preferred = "tls/" if is_tls else "tcp/"
     near = _is_loopback(host)
     for locator in sorted(listens, key=lambda locator: not locator.startswith(preferred)):
@@ -72,7 +73,7 @@ def _ask(endpoint: Endpoint, timeout: float, ca: str | None) -> dict[str, Any]:
     else:
         connection = http.client.HTTPConnection(host, port, timeout=timeout)
     try:
-        # No browser asks, so the daemon need not be known by the name of its machine.
+        # No browser asks, so the server's name need not match the certificate.
         connection.request("GET", _DOCUMENT, headers={"Host": "localhost"})
         answer = connection.getresponse()
         document = json.loads(answer.read(_MOST_BYTES)) if answer.status == 200 else None

@@ -1,7 +1,8 @@
-"""A live panel of a robot in a notebook, with anywidget, an extra of this package (`extras.NOTEBOOK`).
+"""A live panel of a robot in a notebook, with anywidget, an optional extra of this package
+(`extras.NOTEBOOK`).
 
-The page of the daemon itself cannot be shown within another one: the daemon forbids it, so that no other site can have a user
-move a robot without noticing.
+The daemon forbids embedding its page in another one. Otherwise another site could make a user move a robot
+without noticing.
 """
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ if TYPE_CHECKING:
     from simd_client.state import RobotState
 
 _SCRIPT = Path(__file__).with_name("panel.js")
-# Of a joint without limits: half a turn, or a metre.
+# Range of a joint without limits: half a turn, or a metre.
 _TURN, _SLIDE = math.pi, 1.0
 
 
 def panel(robot: Robot, rate: float = 10.0) -> Any:
-    """A widget with a slider for each joint of one axis that takes targets: where the joint is, at `rate` in a second, and its target, which
-    the slider sets. A cell of a notebook shows it. It ends with `close()`, with the robot or with the connection.
+    """A widget with a slider for each joint of one axis that takes targets. It shows the joint's position,
+    updated `rate` times per second, and its target, which the slider sets. A cell of a notebook shows it. It
+    ends with `close()`, with the robot or with the connection.
 
     Raises `ImportError` without anywidget.
     """
@@ -49,7 +51,7 @@ def panel(robot: Robot, rate: float = 10.0) -> Any:
         "positions": wire(traitlets.List, []),
         "targets": wire(traitlets.List, []),
         "time": wire(traitlets.Float, 0.0),
-        # Set by a slider: the joint's index, the value, and a number that is another each time.
+        # Set by a slider: the joint's index, the value, and a number that differs each time.
         "wanted": wire(traitlets.List, []),
         "problem": wire(traitlets.Unicode, ""),
     }

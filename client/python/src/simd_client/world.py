@@ -12,7 +12,7 @@ from simd_client.geometry import FloatArray, vector_from_proto
 
 @dataclass(frozen=True)
 class Stamp:
-    """The moment of a state. Within one epoch `step` and `sim_time` never decrease."""
+    """Stamp of a state. Within one epoch `step` and `sim_time` never decrease."""
 
     epoch: int
     """Counts resets of time and restored saved states."""
@@ -36,7 +36,7 @@ class SimulationState(Enum):
 
 
 class Pace(Enum):
-    """How steps follow the wall clock while playing."""
+    """Pacing of steps against the wall clock while playing."""
 
     REAL_TIME = "real_time"
     AS_FAST_AS_POSSIBLE = "as_fast_as_possible"
@@ -44,24 +44,24 @@ class Pace(Enum):
 
 
 class Integrator(Enum):
-    """The method of a step."""
+    """Integration method of a step."""
 
     LEAPFROG = "leapfrog"
-    """Of second order where motion is smooth; free bodies keep their energy at any spin."""
+    """Second order while motion is smooth; free bodies keep their energy at any spin."""
     EULER = "euler"
     """Semi-implicit Euler with implicit damping, which equals MuJoCo's."""
     UNKNOWN = "unknown"
 
 
 class SurfaceCombination(Enum):
-    """How the coefficients of two surfaces that touch become those of the contact."""
+    """Rule that combines the coefficients of two touching surfaces."""
 
     MIN = "min"
-    """The smaller friction, as in Gazebo; the larger restitution, rolling friction and spinning friction."""
+    """Minimum friction, as in Gazebo; maximum restitution, rolling friction and spinning friction."""
     MULTIPLY = "multiply"
     """Products of frictions and of restitutions, as in Bullet."""
     MAX = "max"
-    """The larger one of each, as in MuJoCo."""
+    """Maximum of each, as in MuJoCo."""
     UNKNOWN = "unknown"
 
 
@@ -74,42 +74,42 @@ class Physics:
     time_step: float
     """Seconds that one step advances."""
     substeps: int
-    """A step is divided into this many equal parts."""
+    """Number of equal parts of a step."""
     real_time_factor: float
-    """Simulated seconds to a wall second."""
+    """Simulated seconds per wall second."""
     pace: Pace
-    """How steps follow the wall clock while playing."""
+    """Pacing of steps against the wall clock while playing."""
     integrator: Integrator
-    """The method of a step."""
+    """Integration method of a step."""
     surface_combination: SurfaceCombination
-    """How surfaces that touch combine."""
+    """Combination of touching surfaces."""
     sleeping: bool
-    """Free bodies at rest sleep: steps leave them where they are until something acts on them."""
+    """Free bodies at rest sleep: steps skip them until something acts on them."""
 
 
 @dataclass(frozen=True)
 class WorldStatistics:
-    """How well the world keeps time."""
+    """Real-time statistics of the world."""
 
     stamp: Stamp
     state: SimulationState
     target_real_time_factor: float
-    """The requested factor; infinity for as fast as possible."""
+    """Requested factor; infinity for as fast as possible."""
     real_time_factor: float
-    """The factor reached over about the last second of playing; 0 when not playing."""
+    """Factor reached over about the last second of playing; 0 when not playing."""
     overruns: int
-    """How often the world fell so far behind that the lag was dropped."""
+    """Number of times that the world dropped its lag."""
     dropped_lag: float
-    """Wall seconds of lag dropped in all."""
+    """Total wall seconds of dropped lag."""
     iterations: int
     """Steps done since the daemon started."""
     robots: int
     joints: int
-    """Joints of all robots that can move."""
+    """Number of movable joints of all robots."""
     step_duration: float
-    """Wall seconds that the computation of a step took, mean over about the last second."""
+    """Wall seconds of computation per step, mean over about the last second."""
     mailbox_refusals: int
-    """Requests refused because the daemon had too much to do."""
+    """Requests refused because the daemon was overloaded."""
 
 
 @dataclass(frozen=True)
@@ -122,10 +122,10 @@ class SimulatorInfo:
     api_version: tuple[int, int]
     """The version of its schema."""
     name: str
-    """The name that the operator gave it."""
+    """Name that the operator gave it."""
     features: tuple[str, ...]
     limits: proto.RequestLimits
-    """A request that exceeds one of these is refused with `LimitExceeded`."""
+    """Limits; requests beyond one of them are refused with `LimitExceeded`."""
 
 
 @dataclass(frozen=True)
@@ -134,10 +134,10 @@ class SavedState:
 
     name: str
     stamp: Stamp
-    """The moment of the saved state."""
+    """Stamp of the saved state."""
     robots: int
     owner: str = ""
-    """Who made it, for people: the name of a token, or of the client and where it comes from."""
+    """Creator, for people: the name of a token, or of the client and its origin."""
 
 
 _STATES = {
@@ -161,7 +161,7 @@ _SURFACE_COMBINATIONS = {
 
 
 def stamp_from_proto(message: proto.Stamp) -> Stamp:
-    """A moment from its message."""
+    """Converts a stamp from its message."""
     wall = message.wall_time
     return Stamp(
         epoch=message.epoch,
@@ -175,12 +175,12 @@ def stamp_from_proto(message: proto.Stamp) -> Stamp:
 
 
 def state_from_proto(value: int) -> SimulationState:
-    """From its number; `UNKNOWN` for one that only a newer daemon knows."""
+    """Converts from its number; `UNKNOWN` for a value that only a newer daemon knows."""
     return next((state for number, state in _STATES.items() if number == value), SimulationState.UNKNOWN)
 
 
 def state_to_proto(state: SimulationState | str) -> proto.SimulationState:
-    """From the enum or its value. Raises `ValueError` for another text."""
+    """Converts from the enum or its value. Raises `ValueError` for another text."""
     wanted = SimulationState(state)
     for number, known in _STATES.items():
         if known is wanted:
@@ -189,7 +189,7 @@ def state_to_proto(state: SimulationState | str) -> proto.SimulationState:
 
 
 def pace_to_proto(pace: Pace | str) -> proto.PaceMode:
-    """From the enum or its value. Raises `ValueError` for another text."""
+    """Converts from the enum or its value. Raises `ValueError` for another text."""
     wanted = Pace(pace)
     for number, known in _PACES.items():
         if known is wanted:
@@ -198,7 +198,7 @@ def pace_to_proto(pace: Pace | str) -> proto.PaceMode:
 
 
 def integrator_to_proto(integrator: Integrator | str) -> proto.Integrator:
-    """From the enum or its value. Raises `ValueError` for another text."""
+    """Converts from the enum or its value. Raises `ValueError` for another text."""
     wanted = Integrator(integrator)
     for number, known in _INTEGRATORS.items():
         if known is wanted:
@@ -207,7 +207,7 @@ def integrator_to_proto(integrator: Integrator | str) -> proto.Integrator:
 
 
 def surface_combination_to_proto(combination: SurfaceCombination | str) -> proto.SurfaceCombination:
-    """From the enum or its value. Raises `ValueError` for another text."""
+    """Converts from the enum or its value. Raises `ValueError` for another text."""
     wanted = SurfaceCombination(combination)
     for number, known in _SURFACE_COMBINATIONS.items():
         if known is wanted:
@@ -216,7 +216,7 @@ def surface_combination_to_proto(combination: SurfaceCombination | str) -> proto
 
 
 def physics_from_proto(message: proto.Physics) -> Physics:
-    """Settings from their message."""
+    """Converts settings from their message."""
     return Physics(
         gravity=vector_from_proto(message.gravity),
         time_step=message.time_step,
@@ -235,7 +235,7 @@ def physics_from_proto(message: proto.Physics) -> Physics:
 
 
 def statistics_from_proto(message: proto.WorldStatistics) -> WorldStatistics:
-    """Statistics from their message."""
+    """Converts statistics from their message."""
     return WorldStatistics(
         stamp=stamp_from_proto(message.stamp),
         state=state_from_proto(message.state),
@@ -252,7 +252,7 @@ def statistics_from_proto(message: proto.WorldStatistics) -> WorldStatistics:
 
 
 def info_from_proto(message: proto.GetSimulatorInfoResponse) -> SimulatorInfo:
-    """Versions, limits and features from their message."""
+    """Converts versions, limits and features from their message."""
     return SimulatorInfo(
         simulator=message.simulator,
         version=message.version,
@@ -264,5 +264,5 @@ def info_from_proto(message: proto.GetSimulatorInfoResponse) -> SimulatorInfo:
 
 
 def saved_state_from_proto(message: proto.SavedStateInfo) -> SavedState:
-    """A saved state from its message."""
+    """Converts a saved state from its message."""
     return SavedState(message.name, stamp_from_proto(message.stamp), message.robots, message.owner)

@@ -1,7 +1,7 @@
-"""Callbacks that Zenoh makes on its own threads, and what closes a session with respect to those that are running.
+"""Callbacks that Zenoh makes on its threads, and the closing of sessions with respect to running callbacks.
 
-Python ends a thread that asks for the interpreter while the interpreter ends, by unwinding its stack. Through Zenoh's
-frames that is an abort of the process: no callback may be running then."""
+At its end the interpreter ends any thread that asks for it, by unwinding the thread's stack. Inside Zenoh's
+frames that aborts the process: no callback may be running then."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ import zenoh
 
 Item = TypeVar("Item")
 
-# For the last instructions of a callback that was waited for, which are after its count.
+# Wall seconds for the last instructions of a finished callback, after its count.
 _RETURN_SECONDS = 0.002
-# How long who drops a session waits until it is closed.
+# Wall seconds that a thread that drops a session waits for its closing.
 _CLOSE_SECONDS = 0.5
-# Instead of a thread that closes a session, which has no number yet.
+# Placeholder for a thread that closes a session and has no number yet.
 _CLOSER = 0
 
 
 class _Running:
-    """The threads of those that are running."""
+    """Threads of running callbacks."""
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        # Reentrant, since a collection of garbage in here may close a session.
+        # Reentrant, since a garbage collection in here may close a session.
         self._changed = threading.Condition(threading.RLock())
         self._threads: list[int] = []
 
@@ -62,15 +62,15 @@ class _Running:
 
 
 _running = _Running()
-# The threads of the parent are not in the child.
+# The child has no threads of the parent.
 os.register_at_fork(after_in_child=_running.reset)
 
 
 def callback(
     take: Callable[[Item], None], ended: Callable[[], None] | None = None
 ) -> zenoh.handlers.Callback[Item]:
-    """A handler that calls `take` with each item, and `ended` after the last, on a thread of Zenoh's: a thread of
-    Python's for it would keep the program from ending."""
+    """Returns a handler that calls `take` with each item, and `ended` after the last, on a thread of Zenoh. A
+    Python thread for it would keep the program from ending."""
 
     def counted(item: Item) -> None:
         with _running:
@@ -86,9 +86,10 @@ def callback(
 
 
 def close_anywhere(session: zenoh.Session) -> None:
-    """Closes a session that was dropped, on whatever thread that is noticed, and whatever that thread holds: a collection
-    of garbage may notice it, between any two instructions. Closing waits for callbacks that are running. One of them may be
-    this one, or may wait for what this thread holds: so another thread closes, for which this one waits only for a while."""
+    """Closes a dropped session, on whatever thread notices it, and whatever that thread holds: a garbage
+    collection may notice it between any two instructions. Closing waits for running callbacks. One of them
+    may be this one, or may wait for a lock of this thread. So another thread closes, and this one waits for
+    it only for a limited time."""
     if session.is_closed():
         return
     close: Callable[[], None] = session.close  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
@@ -104,15 +105,15 @@ def close_anywhere(session: zenoh.Session) -> None:
     # Counted from here on, so that the program does not end within it.
     _running.begin(_CLOSER)
     try:
-        # Not a `Thread`, whose start waits for locks of its module.
+        # A `Thread` does not fit: its start waits for locks of its module.
         _thread.start_new_thread(closing, ())
     except RuntimeError:
-        # None begins any more: the program ends.
+        # No further callback begins: the program ends.
         closing()
     if not _running.is_this_thread():
         closed.wait(_CLOSE_SECONDS)
 
 
 def wait_for_callbacks(timeout: float) -> None:
-    """Waits until none is running, for at most so many seconds. Sessions are closed before."""
+    """Waits until no callback runs, for at most `seconds` seconds. Sessions are closed before."""
     _running.wait(timeout)

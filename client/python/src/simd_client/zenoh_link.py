@@ -31,7 +31,7 @@ TOKEN_ENVIRONMENT = "SIMD_TOKEN"
 
 
 def _attachment(token: str | None) -> str:
-    """What goes with each message: the version, who this is, and the token if there is one."""
+    """Attachment of each message: the version, the client's name, and the optional token."""
     lines = [f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}", f"simd-client: {program()}"]
     token = token or os.environ.get(TOKEN_ENVIRONMENT)
     if token:
@@ -61,7 +61,7 @@ class ZenohLink(Link):
         self._token: zenoh.LivelinessToken | None = None
         self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
         self._lock = threading.Lock()
-        # The end of a program closes it itself.
+        # The end of a program closes it automatically.
         self._finalizer = weakref.finalize(self, close_anywhere, session)
         self._finalizer.atexit = False
 
@@ -71,15 +71,16 @@ class ZenohLink(Link):
         return self.session.is_closed()
 
     def close(self) -> None:
-        """Closes the session, and everything that was declared on it."""
+        """Closes the session, and all its declarations."""
         super().close()
         if not self._is_forked:
             self.session.close()  # pyright: ignore[reportUnknownMemberType]
 
     def mark_forked(self) -> None:
-        """Called in a process that was forked: threads are only in the one that made the connection."""
+        """Called in a forked process: only the parent process has the connection's threads."""
         super().mark_forked()
-        # Zenoh closes a session that is dropped, and would wait for threads that are not here: it is never dropped.
+        # Zenoh closes a dropped session, and would wait for threads that do not exist here: it is never
+        # dropped.
         self._finalizer.detach()
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.session))
 
@@ -93,7 +94,7 @@ class ZenohLink(Link):
                 timeout,
                 lambda key, options: cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)),
             )
-            # The replies of other sessions are ignored.
+            # Replies of other sessions are ignored.
             reply = replies.recv()
             while not _is_from(daemon, reply):
                 reply = replies.recv()
@@ -111,8 +112,8 @@ class ZenohLink(Link):
         *,
         is_stream: bool = False,
     ) -> None:
-        """Sends a request and returns. Zenoh calls `arrived` with the reply, or with all replies of a stream that
-        lasts `timeout` seconds, and then `ended`, on its own thread."""
+        """Sends a request and returns. Zenoh calls `arrived` with the reply, or with all replies of a stream
+        that lasts `timeout` seconds, and then `ended`, on its thread."""
         daemon = self.daemon()
 
         def filtered(reply: zenoh.Reply) -> None:
@@ -120,7 +121,7 @@ class ZenohLink(Link):
                 arrived(reply)
 
         handler = callback(filtered, ended)
-        # The daemon does not learn that the asker of a stream is gone.
+        # The daemon does not notice when the client of a stream ends.
         lasts = f"for={timeout:g}" if is_stream else ""
         try:
             self._send(
@@ -135,9 +136,9 @@ class ZenohLink(Link):
             raise self.unavailable() from None
 
     def subscribe(self, key: str, take: Callable[[str, bytes], None]) -> Subscription:
-        """Calls `take` with each publication of the daemon, on Zenoh's own thread. A publication that does not name the
+        """Calls `take` with each publication of the daemon, on Zenoh's thread. A publication without the
         daemon's session as its source is ignored."""
-        # Not the link itself: what Zenoh holds would keep it open.
+        # The link itself must not be captured: Zenoh's references would keep it open.
         daemons, name = self._daemons, self.name
 
         def filtered(sample: zenoh.Sample) -> None:
@@ -154,8 +155,8 @@ class ZenohLink(Link):
             raise self.unavailable() from None
 
     def daemon(self) -> str:
-        """The id of the daemon's session, which changes when the daemon is restarted. Raises `Unavailable` if no session
-        has its name, and `EndpointError` if several have it."""
+        """Returns the id of the daemon's session, which changes when the daemon is restarted. Raises
+        `Unavailable` if no session has its name, and `EndpointError` if several have it."""
         self._check_process()
         daemon = self._daemons.choose(self.name)
         if daemon is not None:
@@ -182,7 +183,8 @@ class ZenohLink(Link):
         )
 
     def _present(self) -> str:
-        """Puts up the token that says that this client is there, for claims and markers that end with it. Returns the session's id."""
+        """Declares the liveliness token of this client, for claims and markers that end with it. Returns the
+        session's id."""
         session = str(self.session.zid())
         with self._lock:
             if self._token is None:
@@ -192,14 +194,14 @@ class ZenohLink(Link):
     def _request(
         self, method: AnyMethod, payload: bytes, timeout: float
     ) -> tuple[zenoh.KeyExpr, dict[str, Any]]:
-        """The key and the options of a query; those that do not change are made once."""
+        """Returns the key and the options of a query; constant ones are made once."""
         self._check_process()
         route = self._routes.get(method.key)
         if route is None:
             same: dict[str, Any] = {
                 "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{method.request.__name__}"),
                 "attachment": zenoh.ZBytes(self._attachment),
-                # With the default, a session that claims to have all answers would be the only one that is asked.
+                # With the default, Zenoh would query only a session that claims to have all answers.
                 "target": zenoh.QueryTarget.ALL,
                 "consolidation": zenoh.ConsolidationMode.NONE,
                 "express": True,
@@ -209,7 +211,7 @@ class ZenohLink(Link):
         return key, {**same, "payload": payload, "timeout": timeout}
 
     def opened(self, answer: Answer, timeout: float) -> bytes:
-        """The bytes of a reply. Raises the exception of an error reply."""
+        """Returns the bytes of a reply. Raises the exception of an error reply."""
         if isinstance(answer, (bytes, SimdError)):
             return super().opened(answer, timeout)
         reply = answer
@@ -230,7 +232,7 @@ class ZenohLink(Link):
         raise SimdError(f"the daemon's answer cannot be understood: an error in {encoding}: {text}")
 
     def unavailable(self) -> Unavailable:
-        """The exception for a request that no daemon received."""
+        """Returns the exception for a request that no daemon received."""
         where = self.endpoint.locator
         if self.session.is_closed():
             return Unavailable(f"the connection to the daemon at {where} is closed")

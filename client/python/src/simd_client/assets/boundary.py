@@ -1,4 +1,4 @@
-"""Whether a path stays inside a folder, by its text and by the disk."""
+"""Whether a path stays inside a folder, by its text and on the disk."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from enum import Enum
 from pathlib import Path
 
 MOST_LINKS = 64
-"""More than the operating system itself follows."""
+"""Maximum number of links, more than the operating system follows."""
 
 
 class Outcome(Enum):
-    """Why a path in a folder does not lead to a file."""
+    """Reason why a path in a folder does not lead to a file."""
 
     NOTHING = "there is nothing"
     LEADS_OUT = "a symbolic link leads out of the folder, be there anything at its end or not"
 
 
 def inside(folder: Path, rest: Path) -> Path | Outcome:
-    """Follows `rest` from `folder`, a real path, link by link, and looks at nothing outside of it:
-    so that the caller cannot find out which paths exist outside. `..` goes where links have led."""
+    """Follows `rest` from `folder`, a real path, link by link, and examines nothing outside of it. So the
+    caller cannot find out which paths exist outside. `..` is resolved after the links."""
     links = 0
     at = folder
     ahead = deque(rest.parts)
@@ -31,7 +31,7 @@ def inside(folder: Path, rest: Path) -> Path | Outcome:
         elif step == "..":
             at = at.parent
         elif not at.is_relative_to(folder):
-            # Outside: a link may lead back in, but nothing is looked at here.
+            # The path is outside: a link may lead back in, but nothing is examined here.
             at = at / step
         else:
             following = at / step
@@ -53,8 +53,8 @@ def inside(folder: Path, rest: Path) -> Path | Outcome:
 
 
 def join_within(folder: Path, boundary: Path, rest: str) -> Path | None:
-    """Joins without asking the disk, so that a path that climbs out is refused before the disk
-    is asked. `None` if it does."""
+    """Joins without disk access, so that a path that leaves the folder is refused before the disk is read.
+    `None` if it leaves."""
     joined = folder
     for step in Path(rest).parts:
         if os.path.isabs(step):
@@ -66,7 +66,7 @@ def join_within(folder: Path, boundary: Path, rest: str) -> Path | None:
 
 
 def real_path(path: Path) -> Path | None:
-    """With all symbolic links resolved; `None` if it does not exist."""
+    """Returns the path with all symbolic links resolved; `None` if it does not exist."""
     try:
         return path.resolve(strict=True)
     except (OSError, RuntimeError):

@@ -1,4 +1,4 @@
-"""From a URI that a URDF names to a file on this disk."""
+"""Maps a URI in a URDF to a file on this disk."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ EXTENSIONS = frozenset(
         "png jpg jpeg bmp tga tif tiff gif webp dds hdr"
     ).split()
 )
-"""Of what a URDF may name. Without this list, `package://.ssh/id_rsa` in an untrusted URDF would make a
-client upload a private key."""
+"""File extensions that a URDF may name. Without this list, `package://.ssh/id_rsa` in an untrusted URDF would
+make a client upload a private key."""
 
 DESCRIPTIONS = frozenset(("sdf", "world", "xml", "mjcf", "config"))
-"""Of what an SDF or MJCF may include: such text becomes a part of a robot that is sent."""
+"""File extensions that an SDF or MJCF may include: such text becomes a part of a robot that is sent."""
 
 
 def includes(description: str | os.PathLike[str]) -> bool:
-    """Whether a file is, by its name, one that may include others."""
+    """Whether a file, by its name, may include others."""
     return Path(description).suffix.lower().removeprefix(".") in DESCRIPTIONS
 
 
@@ -40,18 +40,18 @@ class Locator:
         packages: Mapping[str, str | os.PathLike[str]] | None = None,
         ros: RosPaths | None = None,
     ) -> None:
-        """For a URDF file, whose packages are looked for in `packages`, then where ROS has them (by default from the
-        environment of this process), then in the folders above the file."""
+        """Prepares the search for a URDF file. Packages are searched in `packages`, then in ROS's folders (by
+        default from this process's environment), then in the folders above the file."""
         self._folder = Path(urdf).parent
         self._extensions = EXTENSIONS | DESCRIPTIONS if includes(urdf) else EXTENSIONS
         self._packages = {name: Path(folder) for name, folder in (packages or {}).items()}
         self._ros = RosPaths.of_environment() if ros is None else ros
 
     def find(self, uri: str) -> Path:
-        """The real path of the file that `uri` names.
+        """Returns the real path of the file that `uri` names.
 
-        Raises `Missing` if there is no such file, if it is outside of its package, or if its name is not
-        that of a mesh or an image.
+        Raises `Missing` if the file does not exist, is outside of its package, or is neither a mesh nor an
+        image by its name.
         """
         try:
             wanted = readings(uri)
@@ -59,7 +59,7 @@ class Locator:
             raise Missing(uri, unreadable.why) from None
         above = package.ancestors(self._folder)
         search = _Search(self._extensions)
-        # Files in other case only where there is none as it is written.
+        # Files in other case are used only if none has the written case.
         for search.any_case in (False, True):
             for reading in wanted:
                 if isinstance(reading, InPackage):
@@ -74,7 +74,7 @@ class Locator:
         raise Missing(uri, search.why or Why.MISSING, search.places)
 
     def _in_roots(self, search: _Search, above: Sequence[Path], uri: InPackage | Absolute | Relative) -> Path | None:
-        """Exports name files from the folder of their package, also where the URDF lies deeper."""
+        """Exports name files relative to the folder of their package, even if the URDF lies deeper."""
         if isinstance(uri, Absolute) or (isinstance(uri, InPackage) and uri.name):
             return None
         rest = uri.rest if isinstance(uri, InPackage) else uri.path
@@ -83,7 +83,7 @@ class Locator:
         if home is not None and home not in folders:
             folders.append(home)
         for folder in folders:
-            # A path that climbs out of a package is not named from its folder.
+            # A path that leaves a package is not relative to its folder.
             if join_within(folder, folder, rest) is None:
                 continue
             found = search.look(folder, folder, rest, None)
@@ -92,7 +92,8 @@ class Locator:
         return None
 
     def _in_package(self, search: _Search, above: Sequence[Path], uri: InPackage) -> Path | None:
-        """In the order of likelihood. The files of an installed package may be links into its source."""
+        """Returns folders in order of likelihood. The files of an installed package may be links into its
+        source."""
         folders: list[tuple[Path, str | None]] = []
         if uri.name in self._packages:
             folders.append((self._packages[uri.name], None))
@@ -102,9 +103,9 @@ class Locator:
                 if package.is_named(folder, uri.name):
                     folders.append((folder, None))
                 folders.append((folder / uri.name, None))
-                # Folder of models beside the one of worlds: `models/NAME` for `worlds/w.sdf`.
+                # Folder of models beside the folder of worlds: `models/NAME` for `worlds/w.sdf`.
                 folders.append((folder / "models" / uri.name, None))
-        # The folder of an export is often renamed, and the URDF in it is not.
+        # Users often rename the folder of an export, but not the URDF in it.
         folders.extend((folder, None) for folder in above if package.looks_like_one(folder))
         for folder, installed in folders:
             found = search.look(folder, folder, uri.rest, installed)
@@ -114,7 +115,7 @@ class Locator:
 
     def _relative(self, search: _Search, path: str) -> Path | None:
         folder = self._folder.absolute()
-        # As every other reader of this machine's user follows it.
+        # Followed like any other program of this machine's user follows it.
         boundary = Path(folder.anchor)
         found = search.look(folder, boundary, path, None)
         # Again from the real folder, in which `..` may mean something else.
@@ -148,7 +149,7 @@ class Locator:
 
 @dataclass
 class _Search:
-    """One search: the places it looked in, and why it rejected files."""
+    """One search: the examined places, and reasons for rejected files."""
 
     extensions: frozenset[str]
     any_case: bool = False
@@ -156,8 +157,8 @@ class _Search:
     why: Why | None = None
 
     def look(self, folder: Path, boundary: Path, rest: str, installed: str | None) -> Path | None:
-        """The real path of `folder/rest`, if it is a file that may be sent. Links of an `installed`
-        package may lead into the source of the package of that name."""
+        """Returns the real path of `folder/rest`, if it is a file that may be sent. Links of an `installed`
+        package may lead into the source of the package with that name."""
         candidate = join_within(folder, boundary, rest)
         if candidate is None:
             self.pass_by(Why.CLIMBS_OUT)
@@ -187,7 +188,7 @@ class _Search:
         return found
 
     def _in_other_case(self, top: Path, rest: Path) -> Path | Outcome:
-        """The one path that differs from `rest` in capital letters alone."""
+        """Returns the one path that differs from `rest` in capital letters alone."""
         at = Path()
         for step in rest.parts:
             if isinstance(inside(top, at / step), Path):
@@ -209,5 +210,5 @@ class _Search:
         return found if isinstance(found, Path) else Outcome.NOTHING
 
     def pass_by(self, why: Why) -> None:
-        """The first reason is kept: it is of the likeliest place."""
+        """The first reason is kept: it belongs to the likeliest place."""
         self.why = self.why or why

@@ -1,4 +1,4 @@
-"""Why a URI leads to no file."""
+"""Reasons why a URI leads to no file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 class Why(Enum):
-    """Why a URI does not lead to a file."""
+    """Reason why a URI does not lead to a file."""
 
     MISSING = "missing"
     EMPTY = "empty"
@@ -27,7 +27,7 @@ class Why(Enum):
 
     @property
     def phrase(self) -> str:
-        """The rest of a sentence that begins with the URI."""
+        """Rest of a sentence that begins with the URI."""
         return _PHRASES[self]
 
 
@@ -50,13 +50,13 @@ _PHRASES = {
 
 
 class Missing(LookupError):
-    """There is no file for a URI."""
+    """No file exists for a URI."""
 
     def __init__(self, uri: str, why: Why, places: Sequence[Path] = ()) -> None:
         self.uri = uri
         self.why = why
         self.places = tuple(places)
-        """The paths that were tried, in order."""
+        """Paths that were tried, in order."""
         searched = "; searched " + ", ".join(map(str, self.places)) if self.places else ""
         super().__init__(self.reason + searched)
 
@@ -66,7 +66,8 @@ class Missing(LookupError):
         return f"no file for `{self.uri}`" if self.why is Why.MISSING else f"`{self.uri}` {self.why.phrase}"
 
     def places_for_report(self) -> list[str]:
-        """For the load report, after "looked in". Says of a file that exists and may not be sent that it may not."""
+        """Returns the text for the load report, after "looked in". For an existing file that may not be sent,
+        it says so."""
         places = [str(place) for place in self.places]
         if not places:
             return [f"no place, because {self.reason}"]

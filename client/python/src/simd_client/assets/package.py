@@ -1,4 +1,4 @@
-"""What makes a folder a package: its name, its `package.xml`, what is in it; and where ROS keeps them."""
+"""Packages: their names, their `package.xml`, their contents, and ROS's folders of packages."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pathlib import Path
 from simd_client.assets.boundary import real_path
 
 MAX_ANCESTORS = 8
-"""The most folders above the URDF that are searched."""
+"""Maximum number of searched folders above the URDF."""
 
 MAX_DEPTH = 4
-"""How deep below an entry of `ROS_PACKAGE_PATH` packages are looked for."""
+"""Maximum depth of packages below an entry of `ROS_PACKAGE_PATH`."""
 
 MAX_FOLDERS = 5_000
-"""The most folders that are searched there."""
+"""Maximum number of folders searched there."""
 
 
 def ancestors(urdf_folder: Path) -> list[Path]:
-    """The folder of the URDF and those above it, nearest first. Both by the path as it was given and
-    by the real one: either may hold the package where the URDF was reached through a symbolic link."""
+    """Returns the folder of the URDF and those above it, nearest first. Both the given path and the real one
+    count: either may hold the package if the URDF was reached through a symbolic link."""
     found: list[Path] = []
     for start in (urdf_folder.absolute(), real_path(urdf_folder)):
         if start is None:
@@ -36,7 +36,7 @@ def ancestors(urdf_folder: Path) -> list[Path]:
 
 
 def is_named(folder: Path, name: str) -> bool:
-    """Whether the folder is the package of this name, by its own name or by its manifest."""
+    """Whether the folder is the package of this name, by its folder name or by its manifest."""
     return folder.name == name or manifest_name(folder) == name
 
 
@@ -46,12 +46,11 @@ def looks_like_one(folder: Path) -> bool:
 
 
 def home(above: Sequence[Path]) -> Path | None:
-    """The package that the URDF is part of, as far as can be found out: relative and absolute paths
-    can only refer to files in it."""
+    """Returns the probable package of the URDF: relative and absolute paths can only refer to files in it."""
     for folder in above:
         if (folder / "package.xml").is_file():
             return folder
-    # No deeper than `NAME/urdf/arm/arm.urdf`: farther up, a folder of that name means little.
+    # The limit is `NAME/urdf/arm/arm.urdf`: farther up, a folder with that name means little.
     for folder in above[:2]:
         if folder.name in ("urdf", "robots", "robot"):
             return folder.parent
@@ -59,7 +58,8 @@ def home(above: Sequence[Path]) -> Path | None:
 
 
 def manifest_name(folder: Path) -> str | None:
-    """`<name>` of the folder's `package.xml`, found by its text: no more is needed of it."""
+    """Returns `<name>` of the folder's `package.xml`, found by its text, since nothing else of it is
+    needed."""
     path = folder / "package.xml"
     try:
         if not path.is_file():
@@ -80,11 +80,11 @@ MODEL_PATHS = (
     "GAZEBO_RESOURCE_PATH",
     "SDF_PATH",
 )
-"""The variables by which Gazebo finds models, of all of its ages."""
+"""Variables of all Gazebo versions for their model folders."""
 
 
 class RosPaths:
-    """Where ROS keeps packages. Looked through once, when it is first asked."""
+    """Package folders of ROS. They are searched once, on first use."""
 
     def __init__(
         self, package_path: Sequence[Path] = (), prefixes: Sequence[Path] = (), models: Sequence[Path] = ()
@@ -96,7 +96,7 @@ class RosPaths:
 
     @staticmethod
     def of_environment() -> RosPaths:
-        """By `ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH` and Gazebo's variables for models."""
+        """Reads `ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH` and Gazebo's variables for models."""
 
         def folders(name: str) -> list[Path]:
             listed = map(Path, filter(None, os.environ.get(name, "").split(os.pathsep)))
@@ -106,7 +106,7 @@ class RosPaths:
         return RosPaths(folders("ROS_PACKAGE_PATH"), folders("AMENT_PREFIX_PATH"), models)
 
     def folders(self, name: str) -> list[Path]:
-        """The folders of a package, the likeliest first."""
+        """Returns the folders of a package, the likeliest first."""
         crawled = self._packages().get(name)
         installed = (prefix / "share" / name for prefix in self._prefixes)
         models = (folder / name for folder in self._models)
@@ -114,7 +114,7 @@ class RosPaths:
         return ([crawled] if crawled else []) + found
 
     def package_of(self, path: Path) -> Path | None:
-        """The folder of the package that a path lies in."""
+        """Returns the folder of the package that contains a path."""
         for folder in self._packages().values():
             if path.is_relative_to(folder):
                 return folder
@@ -125,7 +125,7 @@ class RosPaths:
         return None
 
     def _packages(self) -> dict[str, Path]:
-        """As `rospack` does: breadth first, not into packages, the first of a name counts."""
+        """Searches like `rospack`: breadth first, not into packages, the first of a name counts."""
         if self._crawled is not None:
             return self._crawled
         found: dict[str, Path] = {}
@@ -144,7 +144,8 @@ class RosPaths:
 
 
 def _folders_in(folder: Path) -> list[Path]:
-    """In the order of their names. Not hidden ones, and not links: those may lead in circles."""
+    """Returns folders in the order of their names. Hidden ones and links are left out: links may lead in
+    circles."""
     try:
         with os.scandir(folder) as entries:
             names = [

@@ -9,10 +9,10 @@ from simd_client.errors import NoUrdf
 
 
 def find_urdf(path: str | os.PathLike[str]) -> Path:
-    """The description at a path: the file itself, or the only `.urdf` of a folder or, if
-    the folder has none, of its folder `urdf`; then the same for `model.sdf`.
+    """Returns the description at a path. It is the file itself, the only `.urdf` of a folder, or else the
+    only one of its folder `urdf`; then the same for `model.sdf`.
 
-    A `.xacro` file is named itself. Raises `NoUrdf` if there is none or more than one.
+    A `.xacro` file must be named explicitly. Raises `NoUrdf` if no file or more than one is found.
     """
     given = Path(path).expanduser()
     try:
@@ -37,5 +37,5 @@ def _only_urdf(folder: Path) -> Path:
 
 
 def _files_in(folder: Path, ending: str) -> list[Path]:
-    """Sorted, so that the sentence that lists them is the same each time."""
+    """Sorted, so that the sentence that lists them is always the same."""
     return sorted(path for path in folder.iterdir() if path.name.lower().endswith(ending) and path.is_file())

@@ -28,14 +28,14 @@ class InPackage:
 
 @dataclass(frozen=True)
 class Absolute:
-    """`file:///path` and `/path`."""
+    """Parses `file:///path` and `/path`."""
 
     path: str
 
 
 @dataclass(frozen=True)
 class Relative:
-    """A path from the URDF's folder."""
+    """A path relative to the URDF's folder."""
 
     path: str
 
@@ -44,7 +44,8 @@ Uri = Union[InPackage, Absolute, Relative]
 
 
 def readings(uri: str) -> list[Uri]:
-    """The possible meanings of a URI, the literal one first: a `%20` is rarely, but sometimes, part of a name.
+    """Returns the possible meanings of a URI, the literal one first: a `%20` is rarely, but sometimes, part
+    of a name.
 
     Raises `Unreadable`.
     """
@@ -59,7 +60,7 @@ def readings(uri: str) -> list[Uri]:
             decoded = unquote_to_bytes(text).decode()
         except UnicodeDecodeError:
             return found
-        # Decoding may have brought in characters with a meaning.
+        # Decoding may have produced characters with a meaning.
         second = _parse(decoded.replace("\\", "/"))
         if second not in found:
             found.append(second)
@@ -88,7 +89,7 @@ def _parse(text: str) -> Uri:
             path = path.removeprefix("localhost")
         if not path:
             raise Unreadable(Why.NO_FILE)
-        # Two slashes instead of three are a common slip, meant as a relative path.
+        # Users often write two slashes instead of three, and mean a relative path.
         return _path_of(path)
     raise Unreadable(Why.NETWORK if scheme in ("http", "https", "ftp") else Why.SCHEME)
 

@@ -159,8 +159,8 @@ class Primitives(Loading):
         color: Sequence[float] | None = None,
     ) -> Robot:
         """Spawns a mesh. It is a pair of arrays `(vertices, triangles)`: metres, and three indices of
-        vertices a row. It may also be an object with `vertices` and `faces`, such as a mesh of trimesh, or
-        the path of an STL, OBJ or COLLADA file.
+        vertices a row. It may also be an object with `vertices` and `faces`, as in trimesh, or the path of an
+        STL, OBJ or COLLADA file.
 
         It collides with its convex hull. With `convex_parts` it collides with at most 32 parts, which takes
         seconds for a large mesh. The default mass is the mass of the hull filled with water. The origin is
