@@ -88,7 +88,7 @@ def _folder(name: str, path: Path, packages: Mapping[str, str | os.PathLike[str]
 
 
 def _name_packages(element: Element, found: Mapping[str, Path]) -> None:
-    """No path of this disk is sent."""
+    """Replaces paths of this disk, so that none is sent."""
     filename = element.getAttribute("filename")
     path = filename.removeprefix("file://")
     for name, folder in found.items():

@@ -131,7 +131,7 @@ class Motion(Kinematics):
         return self._only(self._connection.decode_states(answer.states).robots)
 
     def _check_playing(self) -> None:
-        """Nothing moves in a paused world: raises `WrongState`."""
+        """Raises `WrongState` if the world is paused: nothing moves then."""
         answer = self._connection.call(methods.GetSimulationState, proto.GetSimulationStateRequest())
         state = state_from_proto(answer.state)
         if state is not SimulationState.PLAYING:

@@ -1,8 +1,8 @@
 """PyBullet's module on a simd daemon: `import simd_client.pybullet as pybullet` is the only line of a
 script that changes.
 
-A script runs as it is with `python -m simd_client.pybullet script.py`. What each function does, and where
-it differs from PyBullet on purpose, is described in docs/pybullet.md.
+A script runs unchanged with `python -m simd_client.pybullet script.py`. docs/pybullet.md describes each
+function, and its intended differences from PyBullet.
 """
 
 from . import (

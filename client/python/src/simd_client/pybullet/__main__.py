@@ -37,7 +37,7 @@ def main(arguments: list[str] | None = None) -> None:
     script = Path(asked.script)
     if not script.is_file():
         parser.error(f"there is no file {script}")
-    # Wrong files are said before the script begins.
+    # Missing files are reported before the script begins.
     tls.authority(asked.tls_ca, asked.tls_cert, asked.tls_key)
     os.environ[connections.OPTIONS] = shlex.join(_options(asked))
     stand_in.replace(pybullet)
@@ -48,7 +48,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _options(asked: argparse.Namespace) -> list[str]:
-    """What each `connect` of the script and of its children gets."""
+    """Options for each `connect` of the script and of its children."""
     switches = ("new", "remove_robots", "limits", "mimic")
     values = ("endpoint", "tls_ca", "tls_cert", "tls_key")
     given = [f"--{name.replace('_', '-')}" for name in switches if getattr(asked, name)]

@@ -21,7 +21,7 @@ UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 def floats(value: Any, message: str, count: int | None = None) -> list[float]:
-    """`count` finite numbers, or any number of them.
+    """Returns `count` finite numbers, or any number of them.
 
     Raises:
         error: with `message`, if `value` is something else.
@@ -34,26 +34,26 @@ def floats(value: Any, message: str, count: int | None = None) -> list[float]:
         raise error(message) from None
     if count is not None and len(numbers) != count:
         raise error(message)
-    # A sum is faster, and is no number where one of them is none.
+    # A sum is faster, and is not finite if one of its terms is not.
     if not math.isfinite(sum(numbers)) and not all(map(math.isfinite, numbers)):
         raise error(message)
     return numbers
 
 
 def vector(value: Any, message: str) -> Vector:
-    """Three numbers."""
+    """Returns three numbers."""
     x, y, z = floats(value, message, 3)
     return (x, y, z)
 
 
 def quaternion(value: Any, message: str) -> Quaternion:
-    """Four numbers: x y z w."""
+    """Returns four numbers: x y z w."""
     x, y, z, w = floats(value, message, 4)
     return (x, y, z, w)
 
 
 def rgba(value: Any, message: str) -> Color:
-    """Red, green, blue and alpha, 0 to 1. As in PyBullet, a colour of another length is white."""
+    """Returns red, green, blue and alpha, 0 to 1. As in PyBullet, a colour of another length is white."""
     numbers = floats(value, message)
     if len(numbers) != 4:
         return (1.0, 1.0, 1.0, 1.0)
@@ -62,7 +62,7 @@ def rgba(value: Any, message: str) -> Color:
 
 
 def indices(value: Any, message: str) -> list[int]:
-    """Any sequence of whole numbers."""
+    """Returns any sequence of whole numbers."""
     if type(value) is not list and not isinstance(value, Iterable):
         raise error(message)
     try:
@@ -72,7 +72,7 @@ def indices(value: Any, message: str) -> list[int]:
 
 
 def formerly(old: str, new: str) -> Callable[[Function], Function]:
-    """Takes the argument `new` under its old name too, as PyBullet does."""
+    """Accepts the argument `new` under its old name too, as PyBullet does."""
 
     def renaming(function: Function) -> Function:
         @functools.wraps(function)

@@ -1,8 +1,8 @@
 """PyBullet's motors of spherical joints as targets of simd, and the frames of such joints.
 
-The law of `motors.py` about each of the child's three axes (btMultiBodySphericalJointMotor), with the turn from the joint
-to its target as the position error. Bullet counts orientations and velocities of a spherical joint in the axes of the
-child's inertia, simd in those of its link.
+The law of `motors.py` about each of the child's three axes (btMultiBodySphericalJointMotor), with the
+rotation from the joint to its target as the position error. Bullet expresses orientations and velocities of a
+spherical joint in the axes of the child's inertia, simd in the link's axes.
 """
 
 from __future__ import annotations
@@ -30,31 +30,32 @@ class BallMotor:
     mode: int = constants.POSITION_CONTROL
     orientation: Quaternion = UPRIGHT
     velocity: Vector = ORIGIN
-    # The most torque about each axis, N m. A new joint swings freely: PyBullet 3.2.7's does, although it has a motor.
+    # Maximum torque about each axis, N m. A new joint swings freely: PyBullet 3.2.7's does, although it has a
+    # motor.
     force: float = 0.0
     position_gain: float = FIRST_GAIN
     velocity_gain: float = 1.0
     max_velocity: float = 0.0
-    # TORQUE_CONTROL, for the next step only: the sum of what was asked for since the last one.
+    # TORQUE_CONTROL, for the next step only: the sum of the torques since the last one.
     torque: Vector | None = None
-    # That of the last step.
+    # Torque of the last step.
     torque_sent: Vector = ORIGIN
 
 
 def unit(values: Sequence[float]) -> Quaternion:
-    """A quaternion of unit length; none of length zero."""
+    """Returns a quaternion of unit length; a quaternion of length zero becomes no rotation."""
     x, y, z, w = values
     length = math.hypot(x, y, z, w)
     return (x / length, y / length, z / length, w / length) if length > 0.0 else UPRIGHT
 
 
 def to_simd(orientation: Quaternion, turn: Quaternion) -> Quaternion:
-    """An orientation of Bullet's in the link's axes; `turn` is link_from_inertia."""
+    """Returns Bullet's orientation in the link's axes; `turn` is link_from_inertia."""
     return product(product(turn, orientation), conjugate(turn))
 
 
 def to_bullet(orientation: Quaternion, turn: Quaternion) -> Quaternion:
-    """The other way round."""
+    """Returns the link's orientation in Bullet's axes."""
     return product(product(conjugate(turn), orientation), turn)
 
 
@@ -67,7 +68,8 @@ def spherical_reset(orientation: Quaternion, velocity: Vector, turn: Quaternion,
 
 
 def _gains(position_gain: float, velocity_gain: float, inertia: float, h: float) -> tuple[float, float, float]:
-    """Stiffness and damping that have the effect of these gains in one step, and the damper's velocity for a target of one:
+    """Returns stiffness and damping with the effect of these gains in one step, and the damper's velocity for
+    a target of one:
 
     v+ = (v + (b / h) (target - q) + a velocity) / (1 + a + b),  a = h damping / inertia, b = h^2 stiffness / inertia
     """
@@ -82,8 +84,8 @@ def _gains(position_gain: float, velocity_gain: float, inertia: float, h: float)
 def ball_target(
     joint: str, motor: BallMotor, inertia: float, h: float, turn: Quaternion, target: JointTarget, parts: int = 1
 ) -> None:
-    """Sets `target` to the motor's law for the next step, whose `parts` substeps take `h` seconds each, of a joint whose
-    actuator sees `inertia` (kg m^2) about an axis."""
+    """Sets `target` to the motor's law for the next step. Its `parts` substeps take `h` seconds each, and the
+    joint's actuator sees `inertia` (kg m^2) about an axis."""
     target.joint = joint
     limit = motor.force if motor.mode == constants.PD_CONTROL else motor.force * parts
     torque = rotate(turn, motor.torque) if motor.torque is not None else ORIGIN

@@ -1,7 +1,8 @@
 """Joints beyond their limits.
 
-PyBullet's limits keep a joint from going further out, and leave one there that a script has put there, or that starts there. The daemon's
-push it back, at once and with speed. So such a joint has limits that include where it is, until it has come back by itself.
+PyBullet's limits keep a joint from moving further out. They leave a joint outside if a script put it there,
+or if it starts there. The daemon's limits push it back immediately and fast. So such a joint gets limits that
+include its position, until it has returned within its own limits.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ if TYPE_CHECKING:
     from .bodies import Body, JointBounds
     from .world import World
 
-# Radians or metres that a joint may be beyond its limits as they are.
+# Tolerance in radians or metres of a joint beyond its unchanged limits.
 _NEAR = 1e-9
 
 
 def put(world: World, body: Body, positions: Iterable[tuple[int, float]]) -> None:
-    """Joints of one axis get these positions, by their numbers."""
+    """Records new positions of joints of one axis, by their numbers."""
     for index, position in positions:
         joint = body.joints[index]
         key = body.unique_id, index
@@ -36,7 +37,7 @@ def put(world: World, body: Body, positions: Iterable[tuple[int, float]]) -> Non
 
 
 def settle(world: World) -> None:
-    """After a step: those that have come back have their limits again."""
+    """Restores the limits of returned joints after a step."""
     for key in list(world.beyond):
         number, index = key
         body = world.bodies.get(number)
@@ -50,7 +51,7 @@ def settle(world: World) -> None:
 
 
 def send(world: World, body: Body, index: int) -> None:
-    """Gives a joint the limits that it has here, and where it is if it is beyond them."""
+    """Gives a joint its own limits, extended to its position if it is beyond them."""
     joint = body.joints[index]
     lower, upper = joint.limits[:2]
     if (body.unique_id, index) in world.beyond:
@@ -61,7 +62,7 @@ def send(world: World, body: Body, index: int) -> None:
 
 
 def came_back(world: World, body: Body, index: int, limits: JointBounds) -> None:
-    """The daemon has a joint as it was once, with the limits of then."""
+    """Handles a restored joint, which has the limits of an earlier moment."""
     joint = body.joints[index]
     world.beyond.pop((body.unique_id, index), None)
     if limits == joint.limits:

@@ -36,7 +36,7 @@ JointInfoTuple = tuple[
 ]
 
 Reader = Callable[[list[float], list[float], list[float]], tuple[tuple[float, float, tuple[float, ...], float], ...]]
-"""From positions, velocities and efforts of a robot to what getJointStates gives of some joints."""
+"""Maps positions, velocities and efforts of a robot to the getJointStates values of some joints."""
 
 JointBounds = tuple[float | None, float | None, float | None, float | None]
 """Lower and upper position, effort and velocity of a joint; `None` for none."""
@@ -50,43 +50,45 @@ _TYPES = {
     JointType.JOINT_TYPE_FLOATING: constants.JOINT_FIXED,
     JointType.JOINT_TYPE_SPHERICAL: constants.JOINT_SPHERICAL,
 }
-# The default for a joint whose inertia cannot be computed from its gains.
+# Default for a joint if its inertia cannot be computed from its gains.
 _UNKNOWN_INERTIA = 1.0
 
 
 @dataclass(slots=True)
 class BodyJoint:
-    """A joint, which PyBullet numbers as the link behind it."""
+    """A joint, which PyBullet numbers like its child link."""
 
     name: str
     link: str
     kind: int
     info: JointInfoTuple
-    # The index of its first value in a state's positions and velocities.
+    # Index of its first value in a state's positions and velocities.
     position_index: int
     velocity_index: int
-    # The number of its velocities there: 1 if it turns or slides.
+    # Number of its velocities: 1 if it rotates or slides.
     width: int
-    # The number of its positions there: 4 of a spherical joint.
+    # Number of its positions: 4 for a spherical joint.
     count: int
-    # The daemon's number of it: parents come before what hangs on them.
+    # The daemon's number of it: parents come before their children.
     index: int
-    # It turns or slides, and nothing else drives it.
+    # It rotates or slides, and nothing else drives it.
     driven: bool
-    # What its actuator sees, kg m^2 or kg.
+    # Inertia that its actuator sees, kg m^2 or kg.
     inertia: float
     limits: JointBounds
     damping: float
     friction: float
     motor: Motor = field(default_factory=Motor)
-    # Of a spherical joint, which has no other.
+    # Motor of a spherical joint, which has no other.
     ball: BallMotor | None = None
-    # What changes with a motor's force, as the daemon has it; None where a restored state brought its own.
+    # Dry friction of the daemon, which changes with a motor's force; None after a restored state with unknown
+    # friction.
     friction_sent: float | None = 0.0
-    # Of TORQUE_CONTROL over the last step, N m or N, as far as the joint's own limit lets it act. Of a spherical one its motor has it.
+    # TORQUE_CONTROL over the last step, N m or N, as far as the joint's own limit lets it act. A spherical
+    # joint's motor has it.
     torque_sent: float = 0.0
     sensor: bool = False
-    # Where it is at position 0, in the parent link's frame, and its axis there.
+    # Pose at position 0, in the parent link's frame, and its axis in that frame.
     parent_from_joint: Pose = (ORIGIN, UPRIGHT)
     axis: Vector = ORIGIN
 
@@ -96,7 +98,8 @@ class BodyJoint:
         return self.driven or self.ball is not None
 
     def add_torque(self, torque: Sequence[float]) -> None:
-        """For the next step, N m or N: one number, or three of a spherical joint. As in PyBullet, those of one step add up."""
+        """Adds a torque for the next step, N m or N: one number, or three for a spherical joint. As in
+        PyBullet, those of one step add up."""
         if self.ball is not None:
             (a, b, c), (x, y, z) = self.ball.torque or ORIGIN, torque
             self.ball.torque = (a + x, b + y, c + z)
@@ -104,7 +107,7 @@ class BodyJoint:
             self.motor.torque = torque[0] + (self.motor.torque or 0.0)
 
     def take_torque(self) -> tuple[float, ...] | None:
-        """That sum, which ends with this; `None` where there is none."""
+        """Returns that sum and clears it; `None` without torques."""
         if self.ball is not None:
             of_ball, self.ball.torque = self.ball.torque, None
             return of_ball
@@ -112,7 +115,7 @@ class BodyJoint:
         return None if torque is None else (torque,)
 
     def torque_acted(self, torque: Sequence[float]) -> None:
-        """Over the last step; zeros for none."""
+        """Records the torque over the last step; zeros without torques."""
         if self.ball is not None:
             x, y, z = torque
             self.ball.torque_sent = (x, y, z)
@@ -128,7 +131,7 @@ class Body:
     unique_id: int
     robot: str
     model: str
-    # The script loaded it.
+    # Whether the script loaded it.
     own: bool
     fixed: bool
     layout_version: int
@@ -140,46 +143,47 @@ class Body:
     links: list[Any]
     # link_from_inertia, by link.
     frames: dict[str, Pose]
-    # Its joints are numbered as these links come; empty: as the daemon numbers them.
+    # Order of links by which its joints are numbered; empty: the daemon's order.
     link_order: Sequence[str] = ()
-    # The description, of robots of this script.
+    # Description of robots of this script.
     urdf: bytes | None = None
-    # Hashes of the files that it refers to, by URI.
+    # Hashes of referenced files, by URI.
     files: dict[str, str] = field(default_factory=dict[str, str])
-    # Where those were found on this disk, by URI.
+    # Paths of those files on this disk, by URI.
     paths: dict[str, str] = field(default_factory=dict[str, str])
-    # The URIs of the meshes that createMultiBody made it of.
+    # URIs of the meshes from which createMultiBody made it.
     made_of: frozenset[str] = frozenset()
-    # The file that the script loaded, as it named it.
+    # File that the script loaded, with its given name.
     file: str = ""
-    # Of the description that the daemon has; empty where it does not say.
+    # Hash of the daemon's description; empty if the daemon does not report it.
     description: str = ""
-    # Bullet's collision margin of its shapes, metres, where their inertias are made of those; `None` where it is not known.
+    # Bullet's collision margin of its shapes, metres, if its inertias come from those shapes; `None` if
+    # unknown.
     shape_margin: float | None = None
-    # Its cylinders are round, and no hulls.
+    # Whether its cylinders are round, and not hulls.
     has_round_cylinders: bool = False
     scale: float = 1.0
-    # Its links collide with each other.
+    # Whether its links collide with each other.
     self_collision: bool = False
-    # What `changeDynamics` said of its sleep.
+    # Sleep setting of `changeDynamics`.
     stays_awake: bool | None = None
-    # Flags of self-collision that it was loaded with: which links touch those that they hang on.
+    # Flags of self-collision at its load: which links touch their parents.
     parent_flags: int = 0
-    # Its collision meshes are convex parts, and not their hulls.
+    # Whether its collision meshes are convex parts, and not their hulls.
     divided: bool = False
     # Friction and restitution that the script set or that are PyBullet's default, by link.
     surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
-    # Of changeVisualShape, by PyBullet's number of the link.
+    # Colours of changeVisualShape, by PyBullet's number of the link.
     colors: dict[int, tuple[float, float, float, float]] = field(
         default_factory=dict[int, tuple[float, float, float, float]]
     )
     # Settings of `changeDynamics` that the daemon does not have.
     kept: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
-    # Of getJointStates: how the states of several joints are taken out of those of all, by their indices.
+    # For getJointStates: how the states of several joints are extracted from those of all, by their indices.
     readers: dict[tuple[int, ...], Reader] = field(default_factory=dict[tuple[int, ...], "Reader"])
-    # Of calculateInverseKinematics: the joints between the base and a link, by its number.
+    # For calculateInverseKinematics: the joints between the base and a link, by its number.
     chains: dict[int, Any] = field(default_factory=dict[int, Any])
-    # The motors that the script set together last.
+    # Motors that the script last set together.
     loop: MotorLoop | None = None
 
     def frame(self, link: str) -> Pose:
@@ -187,11 +191,11 @@ class Body:
         return self.frames.get(link, (ORIGIN, UPRIGHT))
 
     def from_base(self) -> list[int]:
-        """Numbers of the joints, with parents before what hangs on them."""
+        """Numbers of the joints, parents before their children."""
         return sorted(range(len(self.joints)), key=lambda index: self.joints[index].index)
 
     def link_name(self, index: int) -> str | None:
-        """Of PyBullet's link number: -1 is the base."""
+        """Returns the name for PyBullet's link number: -1 is the base."""
         if index == -1:
             return self.base_link
         return self.joints[index].link if 0 <= index < len(self.joints) else None
@@ -206,15 +210,15 @@ def body(
     urdf: bytes | None = None,
     link_order: Sequence[str] = (),
 ) -> Body:
-    """Made from the daemon's answer; `frames` are those of the description. Joints are numbered as the links behind them come
-    in `link_order`, else as the daemon numbers them."""
+    """Builds a body from the daemon's answer; `frames` belong to the description. Joints are numbered like
+    their child links in `link_order`, else as the daemon numbers them."""
     known: dict[str, Pose] = {}
     for link in entity.links:
         center = (link.center_of_mass.x, link.center_of_mass.y, link.center_of_mass.z)
         known[link.name] = frames.get(link.name, (center, UPRIGHT) if not frames else (ORIGIN, UPRIGHT))
     base = entity.links[0].name if entity.links else ""
     ranks = {link: rank for rank, link in enumerate(link_order)}
-    # A sort keeps the daemon's order of what is not named.
+    # A sort keeps the daemon's order of unnamed links.
     ordered = sorted(layout.joints, key=lambda joint: ranks.get(joint.child_link, len(ranks)))
     numbers = {joint.child_link: number for number, joint in enumerate(ordered)}
     joints: list[BodyJoint] = []
@@ -295,7 +299,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], number: int, parent: in
 
 
 def limits_of(joint: JointInfo) -> JointBounds:
-    """As the daemon has them."""
+    """Converts the daemon's limits."""
     limits = joint.limits
     return (
         limits.lower if limits.HasField("lower") else None,
@@ -319,8 +323,8 @@ def _wire_pose(joint: JointInfo) -> Pose:
 
 
 def _parent_frame(joint: JointInfo, frames: Mapping[str, Pose]) -> Pose:
-    """Bullet's frame of a joint: its position in the parent's inertial frame, and the rotation
-    from there into the child's inertial frame."""
+    """Returns Bullet's frame of a joint: its position in the parent's inertial frame, and the rotation from
+    there into the child's inertial frame."""
     inertia = frames.get(joint.parent_link, (ORIGIN, UPRIGHT))
     position, rotation = compose(inverse(inertia), _wire_pose(joint))
     child = frames.get(joint.child_link, (ORIGIN, UPRIGHT))[1]
@@ -328,6 +332,6 @@ def _parent_frame(joint: JointInfo, frames: Mapping[str, Pose]) -> Pose:
 
 
 def _axis(joint: JointInfo, frames: Mapping[str, Pose]) -> Vector:
-    """In the child's inertial frame."""
+    """Axis in the child's inertial frame."""
     child = frames.get(joint.child_link, (ORIGIN, UPRIGHT))[1]
     return rotate(conjugate(child), (joint.axis.x, joint.axis.y, joint.axis.z))

@@ -13,9 +13,9 @@ from .connections import connected
 
 
 class BulletClient:
-    """A connection; its attributes are PyBullet's, for this connection, which ends with it."""
+    """A connection. Its attributes are PyBullet's functions for this connection, which ends with it."""
 
-    # Before there is one, and after its end.
+    # Before the connection opens, and after its end.
     _client = -1
 
     def __init__(
@@ -40,18 +40,18 @@ class BulletClient:
         self.disconnect()
 
     def __del__(self) -> None:
-        # In a process that was forked the connection is not its own.
+        # A forked process does not own the connection.
         if self._client >= 0 and self._pid == os.getpid():
             try:
                 self.disconnect()
             except pybullet.error:
-                # As in PyBullet: its daemon has gone before.
+                # As in PyBullet: the daemon ended earlier.
                 pass
 
     def disconnect(self) -> None:
         """Ends the connection, if it is open."""
         number, self._client = self._client, -1
-        # Where the script has ended it itself, its number may be another's.
+        # If the script ended it itself, another connection may have its number.
         if number >= 0 and pybullet.isConnected(number) and connected(number) is self._world:
             pybullet.disconnect(number)
 

@@ -1,9 +1,10 @@
-"""MJCF as Bullet reads it: bodies of geoms as URDF.
+"""Converts MJCF to URDF like Bullet: bodies of geoms.
 
-Bullet reads a part of MJCF, and files like those of `pybullet_envs` are made for that: a body without a joint is free, each geom of the
-world is a body, each joint has a link of its own without mass and the body hangs on the last of them by a joint `jointfix_...`, masses
-are those of water whatever the file says of densities, and damping, armature and actuators are left out. Scripts know such joints by
-their names. Files that say more than that are for the daemon's own reader.
+Bullet reads a part of MJCF, and files like those of `pybullet_envs` are made for that part. A body without a
+joint is free, and each geom of the world is a body. Each joint has a separate massless link, and the body is
+attached to the last of them by a joint `jointfix_...`. Masses assume water, regardless of the file's
+densities. Damping, armature and actuators are left out. Scripts know such joints by their names. Files with
+further elements are for the daemon's reader.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from .rotations import compose, inverse, rotate
 from .shape_inertia import Shape
 
 Find = Callable[[str], Path | None]
-"""From the name of a mesh's file to the file."""
+"""Maps the name of a mesh's file to the file."""
 
 _DENSITY = 1000.0
 _GEOMS = ("plane", "box", "sphere", "capsule", "cylinder", "mesh")
-# What Bullet does not read, and without which it would be another world.
+# Elements that Bullet does not read, and that would change the world.
 _ELEMENTS = {"include", "equality", "frame", "replicate", "attach", "composite", "flexcomp", "freejoint", "hfield", "extension"}
 _GEOM_TEXTS = {"mass", "euler", "xyaxes", "zaxis"}
 _BODY_TEXTS = {"euler", "xyaxes", "zaxis"}
@@ -37,7 +38,7 @@ _count = itertools.count()
 
 @dataclass(frozen=True)
 class _Defaults:
-    """Of geoms."""
+    """Attributes of geoms."""
 
     group: int = 1
     mask: int = 1
@@ -51,33 +52,33 @@ class Model:
     """One body of the world."""
 
     robot: ElementTree.Element
-    # Of the file's, from 0.
+    # Number in the file, from 0.
     index: int
-    # The file's.
+    # Name in the file.
     name: str
-    # How many links there are, which names them.
+    # Number of links, which names them.
     links: int = 0
     names: set[str] = field(default_factory=set[str])
     # world_from_root.
     pose: Pose = (ORIGIN, UPRIGHT)
     # Group and mask by link.
     groups: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
-    # Joints without limits, of which Bullet tells 1 and 0.
+    # Joints without limits; Bullet reports 1 and 0 for them.
     endless: set[str] = field(default_factory=set[str])
-    # Joints that begin at 0 though their limits exclude it.
+    # Joints that begin at 0 although their limits exclude it.
     beyond: set[str] = field(default_factory=set[str])
-    # By the name in the URDF.
+    # Meshes by the name in the URDF.
     files: dict[str, Path] = field(default_factory=dict[str, Path])
 
     @property
     def root(self) -> ElementTree.Element:
-        """The link that hangs on none."""
+        """Returns the link without a parent."""
         children = {child.get("link") for child in self.robot.iterfind("joint/child")}
         return next(link for link in self.robot.iterfind("link") if link.get("name") not in children)
 
     @property
     def is_fixed(self) -> bool:
-        """As in Bullet, what has a root without mass is part of the world."""
+        """As in Bullet, a body with a massless root is part of the world."""
         return self.root.find("inertial") is None
 
 
@@ -86,17 +87,17 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 @dataclass
 class _Link:
-    """A link while it is made."""
+    """A link under construction."""
 
     element: ElementTree.Element
     shapes: list[Shape] = field(default_factory=list[Shape])
     volume: float = 0.0
-    # Where the last of its geoms has its middle, if that says from where to where it goes.
+    # Middle of its last geom, if that geom has `fromto`.
     center: Vector = ORIGIN
 
 
 def is_bullets(document: ElementTree.Element) -> bool:
-    """Whether Bullet reads all that a file says of bodies, joints and shapes."""
+    """Whether Bullet reads all of a file's bodies, joints and shapes."""
     worlds = document.findall("worldbody")
     geoms = [geom for world in worlds for geom in world.iter("geom")]
     joints = [joint for world in worlds for joint in world.iter("joint")]
@@ -111,12 +112,13 @@ def is_bullets(document: ElementTree.Element) -> bool:
 
 
 def has_global_coordinates(document: ElementTree.Element) -> bool:
-    """Whether poses are those of MuJoCo before 2.3.3, which the daemon refuses, and Bullet takes for local ones."""
+    """Whether poses are MuJoCo's before 2.3.3. The daemon refuses those, and Bullet takes them for local
+    ones."""
     return any(each.get("coordinate") == "global" for each in document.iterfind("compiler"))
 
 
 def models(document: ElementTree.Element, find: Find, has_colors: bool) -> list[Model]:
-    """The bodies of a file, in its order.
+    """Returns the bodies of a file, in its order.
 
     Raises:
         ValueError: for text that is no number, and a name that two bodies have.
@@ -158,7 +160,7 @@ class _Reader:
                 name = child.get("class", "")
                 self._classes[name] = self._read_defaults(self._classes.get(name, _Defaults()), child)
             elif child.tag == "joint" and child.get("limited") and element.get("class") is None:
-                # Bullet asks for those of all alone.
+                # Bullet reads only the default for all.
                 self._is_limited = child.get("limited") == "true"
             elif child.tag == "geom":
                 friction = _numbers(child.get("friction", ""))
@@ -175,7 +177,8 @@ class _Reader:
     def _body(
         self, model: Model, body: ElementTree.Element, parent: str | None, parent_number: int, defaults: _Defaults
     ) -> Pose:
-        """Adds a body, its joints, and what hangs on it. Returns where the root is, of one without a parent."""
+        """Adds a body, its joints, and its children. Returns the pose of the root for a body without a
+        parent."""
         defaults = self._classes.get(body.get("childclass", ""), defaults)
         link = _Link(_link(model, body.get("name")))
         name = link.element.get("name", "")
@@ -191,7 +194,7 @@ class _Reader:
                 below = _link(model, None).get("name", "")
                 above_number = model.links - 1
                 own = _pose(child)
-                # As Bullet does it: of further joints the way from the first one.
+                # As in Bullet: further joints are relative to the first one.
                 self._joint(model, child, above, below, compose(at if first is None else inverse(first), own))
                 if first is None:
                     first, at = own, inverse(own)
@@ -204,7 +207,7 @@ class _Reader:
             _join(model, f"jointfix_{next(_count)}_{above_number}", "fixed", above, name, at)
         weighed = _weigh(link, inertial)
         if above is not None:
-            # A root that was made for a joint is where the world is.
+            # A root that was made for a joint is at the world's origin.
             return ORIGIN, UPRIGHT
         # Bullet puts the centre of mass there.
         return compose(at, inverse(weighed)) if weighed is not None else at
@@ -223,7 +226,7 @@ class _Reader:
             model.endless.add(name)
             made = _join(model, name, "prismatic" if slides else "continuous", parent, child, at)
             if slides:
-                # A limit of zeros is none.
+                # A limit of zeros means no limit.
                 ElementTree.SubElement(made, "limit", lower="0", upper="0", effort="0", velocity="0")
         else:
             lower, upper = (math.radians(limit) if self._are_degrees and not slides else limit for limit in limits)
@@ -240,7 +243,7 @@ class _Reader:
         if contact is not None:
             element.remove(contact)
         contact = ElementTree.SubElement(element, "contact")
-        # Of those against spinning and rolling Bullet takes the default.
+        # For spinning and rolling friction Bullet uses the default.
         values = {"lateral_friction": (friction or defaults.friction)[0]}
         if condim > 3:
             values["spinning_friction"] = defaults.friction[1]
@@ -267,7 +270,7 @@ class _Reader:
     def _shape(
         self, model: Model, link: _Link, geom: ElementTree.Element, size: list[float], pose: Pose
     ) -> tuple[ElementTree.Element, Pose] | None:
-        """The shape as URDF has it, and where it is in its link. The link gets what it weighs."""
+        """Returns the shape as URDF, with its pose in its link. Adds its mass to the link."""
         kind = geom.get("type")
         link.center = ORIGIN
         if kind == "plane":
@@ -311,21 +314,21 @@ class _Reader:
         link.volume += math.pi * radius**2 * length + (4.0 / 3.0 * math.pi * radius**3 if kind == "capsule" else 0.0)
         number = constants.GEOM_CAPSULE if kind == "capsule" else constants.GEOM_CYLINDER
         if kind == "capsule" and len(ends) == 6:
-            # A shape of two spheres in Bullet, whose box lies along the axes of the link.
+            # A shape of two spheres in Bullet, with a box along the axes of the link.
             half = (0.0, 0.0, length / 2.0)
             tips = [compose(pose, (tip, UPRIGHT))[0] for tip in (half, rotate((1.0, 0.0, 0.0, 0.0), half))]
             lower = (min(tip[0] for tip in tips) - radius, min(tip[1] for tip in tips) - radius, min(tip[2] for tip in tips) - radius)
             upper = (max(tip[0] for tip in tips) + radius, max(tip[1] for tip in tips) + radius, max(tip[2] for tip in tips) + radius)
             link.shapes.append(shape_inertia.hull(lower, upper, (ORIGIN, UPRIGHT), _TWO_SPHERES, 0.0))
         elif kind == "cylinder" and len(ends) == 6:
-            # One shape in another, which is weighed as a box.
+            # One shape in another, with the mass of a box.
             link.shapes.append(Shape(Primitive(constants.GEOM_BOX, (2.0 * radius, 2.0 * radius, length), pose)))
         else:
             link.shapes.append(Shape(Primitive(number, (radius, length), pose)))
         return ElementTree.Element(kind, radius=repr(radius), length=repr(length)), pose
 
 
-# Bullet's margin of a shape that none has set another for, in those of files.
+# Bullet's default margin of shapes from files.
 _TWO_SPHERES = 40.0
 
 
@@ -347,7 +350,8 @@ def _join(model: Model, name: str, kind: str, parent: str, child: str, at: Pose)
 
 
 def _weigh(link: _Link, inertial: ElementTree.Element | None) -> Pose | None:
-    """Gives a link its mass, and the inertia of its shapes. Returns where its centre of mass is; `None` for one without mass."""
+    """Gives a link its mass, and the inertia of its shapes. Returns its centre of mass; `None` for a massless
+    link."""
     frame: Pose = (link.center, UPRIGHT) if inertial is None else _pose(inertial)
     mass = _DENSITY * link.volume if inertial is None else _numbers(inertial.get("mass", "0"))[0]
     if mass <= 0.0:
@@ -364,9 +368,9 @@ def _pose(element: ElementTree.Element) -> Pose:
     position, turn = _numbers(element.get("pos", "")), _numbers(element.get("quat", ""))
     at = (position[0], position[1], position[2]) if len(position) == 3 else ORIGIN
     about = _numbers(element.get("axisangle", ""))
-    # Bullet reads it of geoms alone.
+    # Bullet reads it only from geoms.
     if element.tag == "geom" and len(about) == 4:
-        # Radians, whatever the compiler says.
+        # Radians, regardless of the compiler's setting.
         half = about[3] / 2.0
         x, y, z, _ = _unit((about[0], about[1], about[2], 0.0))
         return at, (x * math.sin(half), y * math.sin(half), z * math.sin(half), math.cos(half))
@@ -379,7 +383,7 @@ def _unit(turn: Quaternion) -> Quaternion:
 
 
 def _along(a: Vector, b: Vector) -> Quaternion:
-    """The shortest turn of z to the way from one point to another."""
+    """Returns the shortest rotation of z to the direction from one point to another."""
     way = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
     length = math.sqrt(way[0] ** 2 + way[1] ** 2 + way[2] ** 2)
     if length <= 0.0:
@@ -389,7 +393,7 @@ def _along(a: Vector, b: Vector) -> Quaternion:
 
 
 def _numbers(text: str) -> list[float]:
-    """As Bullet reads them: of `0.13/2` what the text begins with."""
+    """Parses numbers like Bullet: only the beginning of a text such as `0.13/2`."""
     found = (_NUMBER.match(each) for each in text.split())
     return [float(each[0]) if each else 0.0 for each in found]
 

@@ -1,7 +1,7 @@
 """PyBullet's pure functions that make view and projection matrices.
 
-Sixteen numbers, column by column, as OpenGL takes them. Formulas of OpenGL's gluLookAt,
-glFrustum and gluPerspective, in double precision where PyBullet has single.
+Sixteen numbers, column by column, as OpenGL takes them. They use the formulas of OpenGL's gluLookAt,
+glFrustum and gluPerspective, in double precision; PyBullet uses single.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ViewMatrix = tuple[float, ...]
 def computeViewMatrix(
     cameraEyePosition: Any, cameraTargetPosition: Any, cameraUpVector: Any, physicsClientId: int = 0
 ) -> ViewMatrix:
-    """The view matrix of a camera at one position that looks at another."""
+    """Returns the view matrix of a camera at one position that looks at another."""
     del physicsClientId
     text = "Error in computeViewMatrix."
     eye, target = vector(cameraEyePosition, text), vector(cameraTargetPosition, text)
@@ -35,7 +35,7 @@ def computeViewMatrixFromYawPitchRoll(
     upAxisIndex: int,
     physicsClientId: int = 0,
 ) -> ViewMatrix:
-    """The view matrix of a camera at a distance from its target; angles in degrees."""
+    """Returns the view matrix of a camera at a distance from its target; angles in degrees."""
     del physicsClientId
     target = vector(cameraTargetPosition, "Error in computeViewMatrixFromYawPitchRoll.")
     yaw, pitch, roll = math.radians(yaw), math.radians(pitch), math.radians(roll)
@@ -59,7 +59,7 @@ def computeProjectionMatrix(
     farVal: float,
     physicsClientId: int = 0,
 ) -> ViewMatrix:
-    """The projection matrix of a frustum given by its sides at the near plane."""
+    """Returns the projection matrix of a frustum given by its sides at the near plane."""
     del physicsClientId
     width, height, depth = right - left, top - bottom, farVal - nearVal
     return (
@@ -73,7 +73,7 @@ def computeProjectionMatrix(
 def computeProjectionMatrixFOV(
     fov: float, aspect: float, nearVal: float, farVal: float, physicsClientId: int = 0
 ) -> ViewMatrix:
-    """The projection matrix for a vertical field of view in degrees."""
+    """Returns the projection matrix for a vertical field of view in degrees."""
     del physicsClientId
     scale, depth = 1.0 / math.tan(math.radians(fov) / 2), nearVal - farVal
     return (

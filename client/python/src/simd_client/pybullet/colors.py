@@ -1,4 +1,5 @@
-"""Colours and textures of what is drawn: changeVisualShape and kin. The daemon's page shows the colours; textures have numbers."""
+"""Colours and textures of visual shapes: changeVisualShape and related functions. The daemon's page shows the
+colours; textures have numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from .loading import found
 from .world import World
 
 _NOT_DRAWN = "textures that a script loads have numbers, and are not drawn"
-# "as it is".
+# "unchanged".
 _NO_TEXTURE = -2
 
 
@@ -25,8 +26,8 @@ def changeVisualShape(
     flags: int = -1,
     physicsClientId: int = 0,
 ) -> None:
-    """Gives a link a colour, of all its shapes, as in PyBullet; getVisualShapeData then gives it. A link that is not there is
-    passed over."""
+    """Gives all shapes of a link a colour, as in PyBullet; getVisualShapeData then returns it. An unknown
+    link is ignored."""
     del shapeIndex, flags
     world = connected(physicsClientId)
     if textureUniqueId not in (_NO_TEXTURE, -1):
@@ -54,14 +55,14 @@ def resetVisualShapeData(
     flags: int = -1,
     physicsClientId: int = 0,
 ) -> None:
-    """The old name of changeVisualShape."""
+    """Old name of changeVisualShape."""
     changeVisualShape(
         objectUniqueId, linkIndex, shapeIndex, textureUniqueId, rgbaColor, specularColor, flags, physicsClientId
     )
 
 
 def loadTexture(textureFilename: str, physicsClientId: int = 0) -> int:
-    """The number of a picture, for changeVisualShape. It is not drawn; a file that is not there is an error."""
+    """Returns the number of a picture, for changeVisualShape. It is not drawn; a missing file is an error."""
     world = connected(physicsClientId)
     world.say_once(f"loadTexture: {_NOT_DRAWN}")
     found(world, textureFilename, "Error loading texture.")
@@ -72,7 +73,7 @@ def loadTexture(textureFilename: str, physicsClientId: int = 0) -> int:
 def changeTexture(
     textureUniqueId: int, pixels: Any, width: int, height: int, physicsClientId: int = 0
 ) -> None:
-    """Takes other pixels for a picture, three values each, and draws nothing."""
+    """Replaces a picture's pixels, three values each, and draws nothing."""
     del textureUniqueId
     world: World = connected(physicsClientId)
     world.say_once(f"changeTexture: {_NOT_DRAWN}")

@@ -36,27 +36,27 @@ _WITH_WINDOW = {
     constants.GUI_MAIN_THREAD,
     constants.SHARED_MEMORY_GUI,
 }
-# Those look for a daemon.
+# Modes that search for a daemon.
 _BY_ADDRESS = {constants.UDP, constants.TCP}
-# Where a world in this process is served for its page, if the port is free.
+# Address of the page of a world in this process, if the port is free.
 _PAGE = "127.0.0.1:7400"
-# PyBullet's: client and server of different numbers are incompatible.
+# PyBullet's number: client and server of different numbers are incompatible.
 _API_VERSION = 202010061
 
-# Options of the runner, also for processes that the script starts: those inherit the environment.
+# Options of the runner. Processes that the script starts inherit them with the environment.
 OPTIONS = "SIMD_PYBULLET_OPTIONS"
 
 _worlds: dict[int, World] = {}
 _children: dict[int, DaemonProcess] = {}
-# Numbers that threads of the script have and whose connections are not open yet.
+# Numbers of connections that threads of the script are opening.
 _taken: set[int] = set()
 _numbers = threading.Lock()
-# Connections of the process that this one was forked from, kept because their threads cannot end here.
+# Connections of the parent of this forked process, kept because their threads cannot end here.
 _inherited: list[object] = []
 
 
 def connected(physicsClientId: int) -> World:
-    """The world of a connection.
+    """Returns the world of a connection.
 
     Raises:
         error: if there is none of that number.
@@ -70,7 +70,7 @@ def connected(physicsClientId: int) -> World:
 
 
 def _forked() -> None:
-    """Called in a process that was forked: worlds are the other one's, and their numbers are free here."""
+    """Called in a forked process: worlds belong to the parent, and their numbers are free here."""
     global _numbers
     _inherited.extend((*_worlds.values(), *_children.values()))
     for child in _children.values():
@@ -85,8 +85,8 @@ os.register_at_fork(after_in_child=_forked)
 
 
 def search_paths(world: World) -> list[str]:
-    """Where files are looked for, the newest first: of a connection, then of the others. In PyBullet they belong to the
-    process."""
+    """Returns the search paths for files, the newest first: this connection's, then the others'. In PyBullet
+    they belong to the process."""
     others = [path for other in list(_worlds.values()) if other is not world for path in reversed(other.search_paths)]
     return [*reversed(world.search_paths), *others]
 
@@ -102,15 +102,16 @@ def connect(
 ) -> int:
     """Opens a world in this process, connects to a running daemon, or starts one. Returns the number of the connection.
 
-    Where: `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of
-    TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else, where the wheel
-    `simd-embedded` is installed, a world in this process, except for TCP and UDP. Else the
-    daemon at the default locator; if there is none, or with DIRECT if another connection of this script has it already, a new
-    one is started, which ends with the connection. `--new` in `options` always starts one, `--embedded` always opens a world in this process. `--remove-robots` removes the script's robots
-    at the end of the connection, also from a daemon that was running. With `--limits` the file's limits of effort and velocity bound
-    motors, and with `--mimic` joints that a file has follow others do so. `--tls-ca=FILE`, `--tls-cert=FILE` and
-    `--tls-key=FILE` are for an endpoint tls/HOST:PORT: the authority that signed the daemon's certificate, and
-    a certificate of the script.
+    The endpoint is `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of TCP and UDP,
+    else $SIMD_ENDPOINT; that daemon must answer. Without an endpoint it opens a world in this process if the
+    wheel `simd-embedded` is installed, except for TCP and UDP. Otherwise it uses the daemon at the default
+    locator. If none answers there, it starts a new daemon, which ends with the connection. With DIRECT it
+    also does so if another connection of this script uses that daemon already. Options: `--new` always starts
+    a daemon, `--embedded` always opens a world in this process. `--remove-robots` removes the script's robots
+    at the end of the connection, also from a daemon that was running. With `--limits` the file's limits of
+    effort and velocity bound motors, and with `--mimic` the file's mimic joints follow others.
+    `--tls-ca=FILE`, `--tls-cert=FILE` and `--tls-key=FILE` are for an endpoint tls/HOST:PORT: the authority
+    that signed the daemon's certificate, and a certificate of the script.
     """
     if method not in _METHODS:
         raise error("connectPhysicsServer unexpected argument")
@@ -118,7 +119,7 @@ def connect(
     host = key if isinstance(key, str) else hostName
     if isinstance(port, str) and options is None:
         options, port = port, None
-    # The script's own options come last, and win.
+    # The script's own options come last, and take precedence.
     words = [*_words(os.environ.get(OPTIONS, "")), *_words(str(options or ""))]
     given = {word.partition("=")[0]: word.partition("=")[2] for word in words}
     new = "--new" in words
@@ -140,7 +141,7 @@ def connect(
 def _open(
     number: int, method: int, words: list[str], new: bool, named: str | None, certificates: dict[str, object]
 ) -> None:
-    """Opens the connection of that number."""
+    """Opens the connection with this number."""
     child: DaemonProcess | None = None
     wire: Wire | None = None
     is_named = bool(named or os.environ.get(ENVIRONMENT))
@@ -188,7 +189,8 @@ def _has_default() -> bool:
 
 
 def _another() -> DaemonProcess | None:
-    """A daemon for another world of DIRECT, each of which is one of its own in PyBullet; `None` where none can be started."""
+    """Starts a daemon for another world of DIRECT, since each such connection of PyBullet has a separate
+    world; `None` if none can be started."""
     try:
         return daemon_process.start("another connection of this script has the daemon that runs")
     except error as problem:
@@ -205,14 +207,14 @@ def _words(options: str) -> list[str]:
 
 
 def _show(wire: Wire, child: DaemonProcess | None) -> None:
-    """Prints the address of the page: a daemon has no window of its own."""
+    """Prints the address of the page, since a daemon has no window."""
     if wire.is_embedded:
         try:
             print(f"simd: look at the world at http://{wire.serve(_PAGE)}/", file=sys.stderr)
         except error as problem:
             print(f"simd: there is no page of this world: {problem}", file=sys.stderr)
         return
-    # A daemon that was started for the script has said where its page is.
+    # A daemon that was started for the script has printed its page's address.
     address = child.viewer if child is not None and child.viewer is not None else wire.page
     if address is not None and page.is_there(address):
         print(f"simd: look at the world at {address}/", file=sys.stderr)
@@ -224,7 +226,8 @@ def _show(wire: Wire, child: DaemonProcess | None) -> None:
 
 
 def disconnect(physicsClientId: int = 0) -> None:
-    """Ends a connection. Robots stay in a daemon that was running before; one that was started for the script ends."""
+    """Ends a connection. Robots stay in a daemon that was running before; a daemon that was started for the
+    script ends."""
     world = connected(physicsClientId)
     _end(physicsClientId, world)
 
@@ -240,7 +243,7 @@ def _end(number: int, world: World) -> None:
 
 
 def isConnected(physicsClientId: int = 0) -> int:
-    """1 or 0."""
+    """Returns 1 or 0."""
     world = _worlds.get(physicsClientId)
     child = _children.get(physicsClientId)
     gone = world is None or not world.wire.alive() or (child is not None and not child.running())
@@ -248,7 +251,7 @@ def isConnected(physicsClientId: int = 0) -> int:
 
 
 def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
-    """Whether the connection is open, and the method given to `connect`."""
+    """Returns whether the connection is open, and the method given to `connect`."""
     world = _worlds.get(physicsClientId)
     if world is None:
         return {"isConnected": 0, "connectionMethod": 0}
@@ -256,13 +259,13 @@ def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
 
 
 def getAPIVersion(physicsClientId: int = 0) -> int:
-    """The API version of the PyBullet that this module replaces."""
+    """Returns the API version of the PyBullet that this module replaces."""
     del physicsClientId
     return _API_VERSION
 
 
 def isNumpyEnabled(physicsClientId: int = 0) -> int:
-    """1: images and meshes would be arrays."""
+    """Returns 1: images and meshes would be arrays."""
     del physicsClientId
     return 1
 
@@ -273,7 +276,7 @@ def _end_all() -> None:
     for number, world in list(_worlds.items()):
         try:
             _end(number, world)
-        except Exception as problem:  # The script is over: one line, not a traceback.
+        except Exception as problem:  # The script is over: one line instead of a traceback.
             print(f"simd: the connection {number} did not end well: {problem}", file=sys.stderr)
 
 

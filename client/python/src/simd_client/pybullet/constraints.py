@@ -1,4 +1,4 @@
-"""createConstraint and what goes with it: the daemon's constraints, as PyBullet numbers and measures them."""
+"""createConstraint and related functions: the daemon's constraints, with PyBullet's numbers and units."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _KINDS = {
 
 @dataclass
 class Constraint:
-    """One that a script made."""
+    """A constraint of the script."""
 
     kind: int
     body: int
@@ -35,7 +35,7 @@ class Constraint:
     child: int
     child_link: int
     axis: Vector
-    # inertia_from_constraint of the body; of the child the same, or world_from_constraint.
+    # inertia_from_constraint of the body; the child's likewise, or world_from_constraint.
     parent_frame: Pose
     child_frame: Pose
     force: float = 500.0
@@ -43,7 +43,7 @@ class Constraint:
     aux_link: int = 0
     offset: float = 0.0
     erp: float = 0.0
-    # The daemon's name; empty where nothing of it can move.
+    # The daemon's name; empty if none of its links can move.
     name: str = ""
 
 
@@ -60,8 +60,8 @@ def createConstraint(
     childFrameOrientation: Any = (0.0, 0.0, 0.0, 1.0),
     physicsClientId: int = 0,
 ) -> int:
-    """Holds a link to another one, or with -1 for the child to the world. Frames are about the centers of mass.
-    Returns the number of the constraint."""
+    """Holds a link to another one, or with -1 for the child to the world. Frames are relative to the centers
+    of mass. Returns the number of the constraint."""
     world = connected(physicsClientId)
     body = world.body(parentBodyUniqueId, "createConstraint failed.")
     text = "createConstraint: positions need 3 numbers, orientations 4"
@@ -71,7 +71,7 @@ def createConstraint(
         parent_link=parentLinkIndex,
         child=childBodyUniqueId,
         child_link=childLinkIndex,
-        # As in PyBullet, what is no vector is that of no shift or turn.
+        # As in PyBullet, an invalid vector means no shift or turn.
         axis=vector(ORIGIN if jointAxis is None else jointAxis, text),
         parent_frame=_given(parentFramePosition, parentFrameOrientation, text),
         child_frame=_given(childFramePosition, childFrameOrientation, text),
@@ -87,7 +87,7 @@ def createConstraint(
     if jointType == constants.JOINT_GEAR and other is None:
         raise error("createConstraint failed: a gear needs a child body.")
     if jointType == constants.JOINT_PRISMATIC and made.axis == ORIGIN:
-        # A slide along nothing holds as a weld does.
+        # A slide along no axis holds like a weld.
         weld = replace(made, kind=constants.JOINT_FIXED)
         _make(world, body, other, weld)
         made.name = weld.name
@@ -108,7 +108,7 @@ def _given(position: Any, orientation: Any, text: str) -> Pose:
 
 
 def _has_gear(body: Body, link: int, other: Body | None, child: int) -> bool:
-    """Whether both links hang on joints of one axis."""
+    """Whether both links have parent joints of one axis."""
     ends = ((body, link), (other or body, child))
     return all(0 <= index < len(end.joints) and end.joints[index].width == 1 for end, index in ends)
 
@@ -124,13 +124,14 @@ def changeConstraint(
     erp: float | None = None,
     physicsClientId: int = 0,
 ) -> None:
-    """Moves the frame on the child, or sets the largest force, or the ratio of a gear. `gearAuxLink` and `erp` have no
-    effect. As in PyBullet, a ratio of 0 and what is negative of `maxForce`, `gearAuxLink` and `erp` are not read."""
+    """Moves the frame on the child, or sets the maximum force, or the ratio of a gear. `gearAuxLink` and
+    `erp` have no effect. As in PyBullet, a ratio of 0 and negative values of `maxForce`, `gearAuxLink` and
+    `erp` are ignored."""
     world = connected(physicsClientId)
     found = world.constraints.get(userConstraintUniqueId)
     if found is None:
         return
-    # What the daemon refuses changes nothing.
+    # A refusal of the daemon changes nothing.
     made = replace(found)
     request = proto.ChangeConstraintRequest(name=made.name)
     text = "changeConstraint: a pivot needs 3 numbers, an orientation 4"
@@ -162,7 +163,7 @@ def changeConstraint(
 
 
 def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> None:
-    """Lets two links go."""
+    """Releases two links."""
     world = connected(physicsClientId)
     made = world.forget_constraint(userConstraintUniqueId)
     if made is not None and made.name and _reading(world, made) is not None:
@@ -170,18 +171,18 @@ def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> N
 
 
 def getNumConstraints(physicsClientId: int = 0) -> int:
-    """The number of constraints that the script made."""
+    """Returns the number of the script's constraints."""
     return len(connected(physicsClientId).constraints)
 
 
 def getConstraintUniqueId(serialIndex: int, physicsClientId: int = 0) -> int:
-    """The number of the constraint at that index; -1 beyond the last."""
+    """Returns the number of the constraint at that index; -1 beyond the last."""
     numbers = list(connected(physicsClientId).constraints)
     return numbers[serialIndex] if 0 <= serialIndex < len(numbers) else -1
 
 
 def getConstraintInfo(constraintUniqueId: int, physicsClientId: int = 0) -> tuple[Any, ...]:
-    """Bodies, links, kind, axis, pivots, frames, force, gear ratio, auxiliary link, offset, erp."""
+    """Returns bodies, links, kind, axis, pivots, frames, force, gear ratio, auxiliary link, offset, erp."""
     c = connected(physicsClientId).constraints.get(constraintUniqueId)
     if c is None:
         raise error("Couldn't get user constraint info")
@@ -191,9 +192,10 @@ def getConstraintInfo(constraintUniqueId: int, physicsClientId: int = 0) -> tupl
 
 
 def getConstraintState(constraintUniqueId: int, physicsClientId: int = 0) -> tuple[float, ...]:
-    """What the constraint did over the last step, with PyBullet's signs. JOINT_FIXED: force and torque on the parent, world
-    axes. JOINT_POINT2POINT: force on the child. JOINT_PRISMATIC: two forces across the axis and the torque, z x y, on
-    the parent. JOINT_GEAR: the size of the effort on the parent's joint."""
+    """Returns the constraint's forces over the last step, with PyBullet's signs. JOINT_FIXED: force and
+    torque on the parent, world axes. JOINT_POINT2POINT: force on the child. JOINT_PRISMATIC: two forces
+    across the axis and the torque, z x y, on the parent. JOINT_GEAR: the size of the effort on the parent's
+    joint."""
     world = connected(physicsClientId)
     made = world.constraints.get(constraintUniqueId)
     if made is None:
@@ -217,8 +219,8 @@ def _dot(a: Vector, b: Vector) -> float:
 
 
 def _across(world: World, made: Constraint) -> tuple[Vector, Vector]:
-    """The axes of a slider's two forces in the world: the second is the first of x and y that is not along the axis, as far
-    as it is across."""
+    """Returns the axes of a slider's two forces in the world. The second is the first of x and y that is not
+    along the axis, projected across it."""
     _, turn = _frame(None, -1, made.child_frame)
     if made.child >= 0:
         body = world.body(made.child, "getConstraintState failed")
@@ -234,7 +236,7 @@ def _across(world: World, made: Constraint) -> tuple[Vector, Vector]:
 
 
 def _frame(body: Body | None, link: int, frame: Pose) -> Pose:
-    """link_from_constraint, of inertia_from_constraint; of the world as it is."""
+    """Returns link_from_constraint, from inertia_from_constraint; for the world unchanged."""
     if body is None:
         return frame
     return compose(body.frame(body.link_name(link) or ""), frame)
@@ -274,8 +276,8 @@ def _make(world: World, body: Body, other: Body | None, made: Constraint) -> Non
 
 
 def _make_gear(world: World, body: Body, other: Body | None, made: Constraint) -> None:
-    """Bullet's gear keeps velocity + ratio * the child's velocity = 0. Its ratio is 1 until it is changed, though 0 is what
-    getConstraintInfo says then."""
+    """Bullet's gear keeps velocity + ratio * the child's velocity = 0. Its ratio is 1 until it is changed,
+    although getConstraintInfo then returns 0."""
     ends: list[proto.ConstraintEnd] = []
     for each, index in ((other, made.child_link), (body, made.parent_link)):
         if each is None or not 0 <= index < len(each.joints) or each.joints[index].width != 1:
@@ -289,7 +291,7 @@ def _make_gear(world: World, body: Body, other: Body | None, made: Constraint) -
 
 
 def gear_position(world: World, made: Constraint) -> float:
-    """What the gear keeps, where the joints are now."""
+    """Returns the invariant of the gear, at the joints' current positions."""
     total = 0.0
     for number, index, factor in ((made.body, made.parent_link, 1.0), (made.child, made.child_link, made.ratio or 1.0)):
         body = world.body(number, "changeConstraint failed")
@@ -298,7 +300,7 @@ def gear_position(world: World, made: Constraint) -> float:
 
 
 def _reading(world: World, made: Constraint) -> proto.Constraint | None:
-    """As the daemon has it; `None` where it is gone with a robot."""
+    """Returns the daemon's constraint; `None` if it was deleted with a robot."""
     answer = world.wire.call(methods.ListConstraints, proto.ListConstraintsRequest())
     return next((each for each in answer.constraints if each.name == made.name), None)
 

@@ -32,9 +32,9 @@ from .primitives import Primitive
 from .rotations import compose, cross
 from .world import World
 
-# The most rays in one request.
+# Maximum number of rays in one request.
 _MOST_RAYS = 20_000
-# Any link, where a link's number is asked for; -1 is the base.
+# Any link, in place of a link's number; -1 is the base.
 _ANY = -2
 _MISS = (-1, -1, 1.0, ORIGIN, ORIGIN)
 
@@ -46,7 +46,7 @@ def getContactPoints(
     linkIndexB: int = _ANY,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """The contact points of the last step, 14 values each: see docs/pybullet.md."""
+    """Returns the contact points of the last step, 14 values each: see docs/pybullet.md."""
     world = connected(physicsClientId)
     asked = max(bodyA, bodyB)
     if asked >= 0 and asked not in world.bodies:
@@ -60,7 +60,7 @@ def getContactPoints(
         a = numbers.get((contact.robot_a, contact.link_a))
         b = numbers.get((contact.robot_b, contact.link_b))
         if a is None or b is None:
-            # A robot that another client brought since: syncBodyInfo adds it.
+            # Another client added this robot since: syncBodyInfo adds it.
             continue
         if _asked(a, bodyA, linkIndexA) and _asked(b, bodyB, linkIndexB):
             found.append(_reported(contact, a, b, 1.0))
@@ -74,8 +74,8 @@ def _asked(end: tuple[int, int], body: int, link: int) -> bool:
 
 
 def _reported(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: float) -> tuple[Any, ...]:
-    """PyBullet's normal points from B to A, the daemon's from its first robot to its second; `sign`
-    is -1 if the two are swapped. Forces are those on A."""
+    """Converts a contact. PyBullet's normal points from B to A, the daemon's from its first robot to its
+    second; `sign` is -1 if the two are swapped. Forces act on A."""
     n, p, f, depth = contact.normal, contact.point, contact.friction_force, contact.depth
     x, y, z = normal = (-sign * n.x, -sign * n.y, -sign * n.z)
     half = depth / 2.0
@@ -87,7 +87,7 @@ def _reported(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: fl
 
 
 def _friction(force: Vector, normal: Vector) -> tuple[float, Vector, Vector]:
-    """All of it along one direction, and the direction across that has none."""
+    """All of it along one direction, and the direction across without any."""
     x, y, z = force
     size = length = math.sqrt(x * x + y * y + z * z)
     if size == 0.0:
@@ -112,9 +112,9 @@ def getClosestPoints(
     collisionShapeOrientationB: Any = None,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """The nearest points of each pair of links that are at most so far apart, as `getContactPoints` gives contacts, with
-    forces of zero. A shape of createCollisionShape can be instead of a body, and beside it: as in PyBullet it is link -2, and
-    one of several parts has a point for each."""
+    """Returns the nearest points of each pair of links within a distance, in the form of `getContactPoints`
+    with forces of zero. A shape of createCollisionShape can replace or accompany a body. As in PyBullet it is
+    link -2, and a shape of several parts has a point for each."""
     world = connected(physicsClientId)
     poses = [
         shapes.pose(position, orientation)
@@ -144,7 +144,7 @@ def getClosestPoints(
 
 
 def _side(world: World, number: int, link: int) -> list[QueryBody]:
-    """A body or a link of it; nothing if it is not there."""
+    """Returns a body or a link of it; nothing if it does not exist."""
     body = world.bodies.get(number)
     if body is None:
         return []
@@ -153,7 +153,7 @@ def _side(world: World, number: int, link: int) -> list[QueryBody]:
 
 
 def _loose(world: World, number: int, pose: Pose) -> list[QueryBody]:
-    """A shape that is of no body, a part for each of its parts."""
+    """Returns a shape that belongs to no body, a part for each of its parts."""
     sides: list[QueryBody] = []
     for part in world.collision_shapes.get(number):
         side = QueryBody(shape=_query_shape(part))
@@ -188,13 +188,14 @@ def _near(pair: ClosestPoints, a: tuple[int, int], b: tuple[int, int], swapped: 
 
 
 def performCollisionDetection(physicsClientId: int = 0) -> None:
-    """Where something was put elsewhere since the last step, `getContactPoints` then has what touches now, without forces: the deepest point
-    of each pair of links."""
+    """Refreshes contacts after something was moved since the last step. `getContactPoints` then has the
+    current contacts, without forces: the deepest point of each pair of links."""
     connected(physicsClientId).detect()
 
 
 def _touching(world: World, first: int, second: int) -> list[tuple[Any, ...]]:
-    """The deepest points of links that touch now, of all pairs of bodies, or of those of one or two, which are A."""
+    """Returns the deepest points of touching links, of all pairs of bodies, or of those of one or two, which
+    are A."""
     bodies = list(world.bodies)
     found: list[tuple[Any, ...]] = []
     for at, a in enumerate(bodies):
@@ -221,7 +222,7 @@ def rayTest(
     reportHitNumber: int = -1,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """The first hit of a ray: body, link, fraction of its length, position, normal."""
+    """Returns the first hit of a ray: body, link, fraction of its length, position, normal."""
     del reportHitNumber
     return rayTestBatch(
         [rayFromPosition], [rayToPosition], collisionFilterMask=collisionFilterMask, physicsClientId=physicsClientId
@@ -239,8 +240,8 @@ def rayTestBatch(
     fractionEpsilon: float = 0.0,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """`rayTest` for many rays, in world axes, or about the centre of mass of a link in the axes of its inertia. Of two arrays of
-    three numbers it is one ray."""
+    """Casts many rays like `rayTest`, in world axes, or relative to a link's centre of mass in the axes of
+    its inertia. Two arrays of three numbers are one ray."""
     del numThreads, reportHitNumber, fractionEpsilon
     mask = None if collisionFilterMask == -1 else int(collisionFilterMask) & 0xFFFFFFFF
     world = connected(physicsClientId)
@@ -263,12 +264,13 @@ def rayTestBatch(
 
 
 def _of_one(ends: Any) -> Any:
-    """The ends of several rays: an array of three numbers is that of one, as in PyBullet, and a list of them is not."""
+    """Returns the ends of several rays. As in PyBullet, an array of three numbers is one end, and a list of
+    three numbers is not."""
     return [ends] if getattr(ends, "shape", None) == (3,) else ends
 
 
 def _frame(world: World, number: int, link: int) -> Pose | None:
-    """world_from_inertia of the link that rays are given in."""
+    """Returns world_from_inertia of the link that is the rays' frame."""
     if number < 0:
         return None
     body: Body = world.body(number, "there is no such body")

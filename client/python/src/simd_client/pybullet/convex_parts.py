@@ -25,7 +25,7 @@ from .world import World
 
 # Wall seconds that the daemon may take to divide a mesh.
 _SECONDS = 120.0
-# PyBullet's default, for all that is given.
+# PyBullet's default for all of its parameters.
 _LEFT_OUT = -1
 
 
@@ -48,7 +48,8 @@ def vhacd(
     convexhullApproximation: int = _LEFT_OUT,
     physicsClientId: int = 0,
 ) -> None:
-    """Writes a mesh as at most 32 convex parts, each an object of an OBJ file. The daemon divides it, with settings of its own."""
+    """Writes a mesh as at most 32 convex parts, each an object of an OBJ file. The daemon divides it, with
+    its own settings."""
     given = dict(locals())
     world = connected(physicsClientId)
     settings = [name for name, value in given.items() if name not in _FILES and value != _LEFT_OUT]
@@ -78,7 +79,7 @@ _Part = tuple[list[tuple[float, float, float]], list[tuple[int, int, int]]]
 
 
 def _divided(world: World, mesh: meshes.Mesh) -> list[_Part]:
-    """A body is made of the mesh, which touches nothing, looked at and taken away."""
+    """Makes a body of the mesh without contacts, reads its parts, and removes it."""
     shape = f'<geometry><mesh filename="{mesh.uri}"/></geometry>'
     urdf = f'<robot name="vhacd"><link name="mesh"><collision>{shape}</collision></link></robot>'.encode()
     files = {mesh.uri: mesh.sha256}

@@ -1,9 +1,10 @@
-"""Positions and velocities of all joints as PyBullet counts them, and as the daemon does.
+"""Conversion of positions and velocities of all joints between PyBullet's layouts and the daemon's.
 
-PyBullet has three ways. In the short one each joint has as many positions as velocities: three angles of a spherical joint,
-and a base is at the origin. In the placed one, of inverse dynamics, a free base's seven positions or six velocities come before
-those of the short one. In the long one, which DeepMimic's controllers use, a base has seven positions and a spherical joint
-four, of which the last four are a quaternion; velocities are as many, with a number in the fourth column that means nothing.
+PyBullet has three layouts. In the short one each joint has as many positions as velocities: three angles for
+a spherical joint; a base is at the origin. The placed one, of inverse dynamics, puts a free base's seven
+positions or six velocities before the short layout. DeepMimic's controllers use the long one: a base has
+seven positions and a spherical joint four, with a quaternion in the last four. It has as many velocities,
+with a meaningless number in the fourth column.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from .rotations import compose, cross, from_euler, inverse, matrix, rotate
 
 Array = NDArray[np.float64]
 
-# Of a base, in the long way.
+# Numbers of a base, in the long layout.
 _BASE = 7
-# Of a free base, as the daemon counts.
+# Numbers of a free base, in the daemon's layout.
 _ROOT = 6
 
 
 def short(body: Body, positions: Sequence[float], velocities: Sequence[float] | None = None) -> Configuration:
-    """The daemon's configuration from PyBullet's short way.
+    """Returns the daemon's configuration from PyBullet's short layout.
 
     Raises:
         error: for another number of positions.
@@ -43,7 +44,7 @@ def short(body: Body, positions: Sequence[float], velocities: Sequence[float] | 
     for joint, at in _joint_columns(body, wide=False):
         values = positions[at : at + joint.width]
         if joint.ball is not None:
-            # Bullet turns about x, then y, then z of the child's axes.
+            # Bullet rotates about x, then y, then z of the child's axes.
             x, y, z = values
             values = to_simd(_about(x, y, z), body.frame(joint.link)[1])
         placed[joint.position_index : joint.position_index + joint.count] = values
@@ -60,8 +61,9 @@ def short(body: Body, positions: Sequence[float], velocities: Sequence[float] | 
 
 
 def from_short(body: Body) -> Array:
-    """The daemon's velocities from Bullet's short ones. Of a free base the daemon has the linear velocity of the root's origin,
-    then the angular one; Bullet the angular one, then the linear velocity of the centre of mass, in the base's axes."""
+    """Returns the daemon's velocities from Bullet's short ones. For a free base the daemon has the linear
+    velocity of the root's origin, then the angular one. Bullet has the angular one, then the linear velocity
+    of the centre of mass, in the base's axes."""
     base = 0 if body.fixed else _ROOT
     wide = base + sum(joint.width for joint in body.joints)
     change: Array = np.zeros((wide, wide))
@@ -74,13 +76,13 @@ def from_short(body: Body) -> Array:
 
 
 def placed_widths(body: Body) -> tuple[int, int]:
-    """How many positions and velocities PyBullet's placed way has."""
+    """Returns the numbers of positions and velocities in PyBullet's placed layout."""
     joints = sum(joint.width for joint in body.joints)
     return _BASE + joints, _ROOT + joints
 
 
 def placed(body: Body, positions: Sequence[float], velocities: Sequence[float]) -> Configuration:
-    """The daemon's configuration of a robot with a free base, from PyBullet's placed way."""
+    """Returns the daemon's configuration of a robot with a free base, from PyBullet's placed layout."""
     configuration = short(body, positions[_BASE:])
     put_pose(configuration.root, compose(base_of(positions), inverse(body.frame(body.base_link))))
     moving = (from_placed(body, positions) @ np.array(velocities)).tolist()
@@ -91,8 +93,8 @@ def placed(body: Body, positions: Sequence[float], velocities: Sequence[float]) 
 def placed_accelerations(
     body: Body, positions: Sequence[float], velocities: Sequence[float], accelerations: Sequence[float]
 ) -> list[float]:
-    """The daemon's accelerations from PyBullet's placed ones, which are those of the centre of mass in the world, along the
-    base's axes: the root's origin also goes around it."""
+    """Returns the daemon's accelerations from PyBullet's placed ones. Those belong to the centre of mass in
+    the world, along the base's axes; the root's origin also moves around it."""
     found: Array = from_placed(body, positions) @ np.array(accelerations)
     x, y, z = velocities[:3]
     spin = rotate(base_of(positions)[1], (x, y, z))
@@ -101,8 +103,9 @@ def placed_accelerations(
 
 
 def from_placed(body: Body, positions: Sequence[float]) -> Array:
-    """The daemon's velocities from PyBullet's placed ones: of the base's centre of mass the angular one, then the linear one, both
-    in the base's axes (Bullet's `MultiBodyTree`, a joint of the kind `FLOATING`)."""
+    """Returns the daemon's velocities from PyBullet's placed ones. These have the angular and then the linear
+    velocity of the base's centre of mass, both in the base's axes. In Bullet it is a `FLOATING` joint of
+    `MultiBodyTree`."""
     wide = placed_widths(body)[1]
     change: Array = np.zeros((wide, wide))
     turn: Array = np.array(matrix(base_of(positions)[1]), np.float64).reshape(3, 3)
@@ -113,24 +116,24 @@ def from_placed(body: Body, positions: Sequence[float]) -> Array:
 
 
 def _root_from_center(body: Body, positions: Sequence[float]) -> Vector:
-    """From the base's centre of mass to the origin of the root link, world axes."""
+    """Vector from the base's centre of mass to the origin of the root link, world axes."""
     return rotate(base_of(positions)[1], inverse(body.frame(body.base_link))[0])
 
 
 def _put_velocities(configuration: Configuration, moving: Sequence[float]) -> None:
-    """The daemon's velocities, those of a free root first."""
+    """Sets the daemon's velocities, a free root's first."""
     line, turn = configuration.root_twist.linear, configuration.root_twist.angular
     line.x, line.y, line.z, turn.x, turn.y, turn.z = moving[:_ROOT]
     configuration.velocities.extend(moving[_ROOT:])
 
 
 def long_width(body: Body) -> int:
-    """How many numbers PyBullet's long way has."""
+    """Returns the count of numbers in PyBullet's long layout."""
     return _BASE + sum(joint.count for joint in body.joints)
 
 
 def long(body: Body, positions: Sequence[float], velocities: Sequence[float] | None = None) -> Configuration:
-    """The daemon's configuration of a robot with a free base, from PyBullet's long way."""
+    """Returns the daemon's configuration of a robot with a free base, from PyBullet's long layout."""
     placed = [0.0] * (long_width(body) - _BASE)
     for joint, at in _joint_columns(body, wide=True):
         values: Sequence[float] = positions[_BASE + at : _BASE + at + joint.count]
@@ -145,14 +148,14 @@ def long(body: Body, positions: Sequence[float], velocities: Sequence[float] | N
 
 
 def base_of(positions: Sequence[float]) -> Pose:
-    """world_from_inertia of the base, in PyBullet's long way."""
+    """Returns world_from_inertia of the base, in PyBullet's long layout."""
     x, y, z, *turn = positions[:_BASE]
     return (x, y, z), unit(turn)
 
 
 def from_long(body: Body, positions: Sequence[float]) -> Array:
-    """The daemon's velocities from PyBullet's long ones: of the base's centre of mass the linear one, then the angular one,
-    both in world axes."""
+    """Returns the daemon's velocities from PyBullet's long ones: the linear and then the angular velocity of
+    the base's centre of mass, both in world axes."""
     change: Array = np.zeros((_ROOT + sum(joint.width for joint in body.joints), long_width(body)))
     change[0:3, 0:3] = change[3:6, 3:6] = np.eye(3)
     change[0:3, 3:6] = _moved_by_turning(_root_from_center(body, positions))
@@ -161,13 +164,13 @@ def from_long(body: Body, positions: Sequence[float]) -> Array:
 
 
 def unused_columns(body: Body) -> list[int]:
-    """Where PyBullet's long velocities mean nothing."""
+    """Indices of meaningless numbers in PyBullet's long velocities."""
     balls = [_BASE + at + 3 for joint, at in _joint_columns(body, wide=True) if joint.ball is not None]
     return [_BASE - 1, *balls]
 
 
 def _joint_columns(body: Body, wide: bool) -> Iterator[tuple[BodyJoint, int]]:
-    """Each joint, and where its first value is behind the base's."""
+    """Each joint, with the index of its first value behind the base's."""
     at = 0
     for joint in body.joints:
         yield joint, at
@@ -180,13 +183,13 @@ def _put_joints(change: Array, body: Body, root: int, wide: bool) -> None:
         row, column = root + joint.velocity_index, base + at
         block: Array = np.eye(joint.width)
         if joint.ball is not None:
-            # Bullet's are about the axes of the link's inertia.
+            # Bullet's axes are those of the link's inertia.
             block = np.array(matrix(body.frame(joint.link)[1]), np.float64).reshape(3, 3)
         change[row : row + joint.width, column : column + joint.width] = block
 
 
 def _moved_by_turning(offset: tuple[float, float, float]) -> Array:
-    """The velocity of a point at an offset, by axis of the angular velocity."""
+    """Velocity of a point at an offset, by axis of the angular velocity."""
     rows = [cross(axis, offset) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
     return np.array(rows, np.float64).T
 

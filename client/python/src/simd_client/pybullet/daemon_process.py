@@ -17,11 +17,11 @@ from simd_client import extras
 
 from .errors import error
 
-# The wall seconds that a daemon may take until it says that it is ready.
+# Maximum wall seconds until a daemon reports that it is ready.
 _START = 20.0
-# And to end.
+# Maximum wall seconds until it ends.
 _END = 5.0
-# Robots at one time: scripts make some ten thousand bodies.
+# Maximum number of robots: scripts make some ten thousand bodies.
 BODIES = 32_768
 
 
@@ -37,11 +37,11 @@ class DaemonProcess:
 
     @property
     def pid(self) -> int:
-        """Of the process that was started."""
+        """Id of the started process."""
         return self._process.pid
 
     def forked(self) -> None:
-        """Called in a process that was forked: there the daemon is not kept alive."""
+        """Called in a forked process, which does not keep the daemon alive."""
         if self._process.stdin is not None:
             self._process.stdin.close()
 
@@ -50,7 +50,7 @@ class DaemonProcess:
         return self._process.poll() is None
 
     def end(self) -> None:
-        """Ends it and waits for its end."""
+        """Ends the daemon and waits for its end."""
         if self._process.stdin is not None:
             self._process.stdin.close()
         try:
@@ -63,7 +63,8 @@ class DaemonProcess:
 
 
 def binary() -> Path:
-    """The daemon's program: $SIMD_BINARY, that of the package `simd-daemon`, or `simd` on the PATH.
+    """Returns the daemon's program: $SIMD_BINARY, the program of the package `simd-daemon`, or `simd` on the
+    PATH.
 
     Raises:
         error: if there is none, with what to do.
@@ -86,9 +87,9 @@ def binary() -> Path:
 
 
 def _installed() -> Path | None:
-    """The program of the package `simd-daemon`, where this interpreter has it.
+    """Returns the program of the package `simd-daemon`, if this interpreter has it.
 
-    The folder of an environment's programs is on the PATH only while it is activated.
+    An environment's program folder is on the PATH only while the environment is active.
     """
     try:
         files = metadata.files("simd-daemon")
@@ -107,7 +108,7 @@ def start(why: str = "no daemon was running") -> DaemonProcess:
     program = binary()
     name = f"pybullet-{os.getpid()}-{uuid.uuid4().hex[:6]}"
     command = [str(program), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
-    # The pipe to the daemon is closed however this process ends.
+    # The pipe to the daemon closes however this process ends.
     command += ["--until-stdin-closes", "--paused", "--log", "warn,zenoh=error"]
     process = subprocess.Popen(
         command,
@@ -115,9 +116,9 @@ def start(why: str = "no daemon was running") -> DaemonProcess:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        # A daemon that many share is more careful; what the environment says wins.
+        # A shared daemon has stricter defaults; the environment takes precedence.
         env={"SIMD_SERVICE_ROBOTS": str(BODIES), **os.environ},
-        # Ctrl-C is for the script, which ends its daemon then.
+        # Ctrl-C is for the script, which then ends its daemon.
         start_new_session=os.name == "posix",
     )
     last: deque[str] = deque(maxlen=5)
@@ -135,7 +136,7 @@ def start(why: str = "no daemon was running") -> DaemonProcess:
 
 
 def _first_lines(process: subprocess.Popen[str]) -> str:
-    """The output of the daemon until it prints its Zenoh locator, ends, or takes too long."""
+    """Reads the output of the daemon until it prints its Zenoh locator, ends, or takes too long."""
     said: list[str] = []
     done = threading.Event()
 

@@ -1,4 +1,5 @@
-"""PyBullet's search for joint positions of a pose: some damped steps from where the robot is, which may end before the pose.
+"""PyBullet's search for joint positions of a pose: damped steps from the current positions, which may end
+before the pose.
 
 S. R. Buss, "Introduction to inverse kinematics with Jacobian transpose, pseudoinverse and damped least squares methods", 2004.
 """
@@ -21,19 +22,19 @@ Array = NDArray[np.float64]
 
 ITERATIONS, THRESHOLD, DAMPING = 20, 1e-4, 0.5
 _NULL_SPACE_DAMPING = 0.6**2
-# Rad, and a bit less: Bullet's angle has single precision, in which pi is more than pi.
+# Rad, slightly reduced: Bullet's angle has single precision, in which pi is more than pi.
 _HALF_TURN = 3.14159262
-# Of one step, rad or m.
+# Maximum of one step, rad or m.
 _LARGEST = math.pi / 4
-# How fast joints go to their rest poses, and back within their limits.
+# Rate at which joints approach their rest poses, and return within their limits.
 _TO_REST, _TO_LIMITS = 0.001, 10.0
-# Of the largest singular value: smaller ones do not count in the null space.
+# Fraction of the largest singular value: smaller ones are ignored in the null space.
 _SINGULAR = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class NullSpace:
-    """What joints do as far as the pose leaves them free."""
+    """Motion of joints within the freedom that the pose leaves."""
 
     lower: Array
     upper: Array
@@ -41,7 +42,7 @@ class NullSpace:
     rest: Array
 
     def wish(self, q: Array) -> Array:
-        """The step that joints would like best."""
+        """Returns the preferred step of the joints."""
         beyond = np.minimum(self.upper - q, 0.0) + np.maximum(self.lower - q, 0.0)
         off = beyond != 0.0
         wish = _TO_REST * (self.rest - q)
@@ -59,7 +60,7 @@ class Chain:
         while at >= 0:
             above.append(at)
             at = body.joints[at].info[16]
-        # Of each joint that moves: the fixed way to it, whether it slides, its axis and its column.
+        # For each movable joint: the fixed transform to it, whether it slides, its axis and its column.
         self._steps: list[tuple[Pose, bool, Vector, int]] = []
         way: Pose = (ORIGIN, UPRIGHT)
         for index in reversed(above):
@@ -68,12 +69,13 @@ class Chain:
             if index in numbers:
                 self._steps.append((way, joint.kind == constants.JOINT_PRISMATIC, joint.axis, numbers[index]))
                 way = (ORIGIN, UPRIGHT)
-        # Orientations are those of the inertial frame.
+        # Orientations of inertial frames.
         name = body.link_name(link) or ""
         self._end = compose(way, (ORIGIN, body.frame(name)[1]))
 
     def at(self, root: Pose, q: Sequence[float]) -> tuple[Pose, list[int], list[list[float]]]:
-        """The end's pose, and columns of its Jacobian with their numbers: three linear rows and three angular ones."""
+        """Returns the end's pose, and columns of its Jacobian with their numbers: three linear rows and three
+        angular ones."""
         pose = root
         axes: list[tuple[bool, Vector, Vector, int]] = []
         for way, slides, axis, column in self._steps:
@@ -95,7 +97,7 @@ class Chain:
 
 
 def turning(body: Body) -> list[int]:
-    """Numbers of the joints that turn about one axis or slide along one: PyBullet's degrees of freedom."""
+    """Numbers of the joints that rotate about one axis or slide along one: PyBullet's degrees of freedom."""
     return [index for index, joint in enumerate(body.joints) if joint.width == 1]
 
 
@@ -111,8 +113,8 @@ def search(
     most: int,
     threshold: float,
 ) -> Array:
-    """Joint positions after at most so many steps, or after the one from within `threshold` metres of the place. With bounds each
-    step ends at them."""
+    """Returns joint positions after at most `most` steps, or after the first within `threshold` metres of the
+    target. With bounds each step ends at them."""
     q = np.array(start, dtype=np.float64)
     rows = 3 if turn is None else 6
     jacobian = np.zeros((rows, len(q)))
@@ -148,7 +150,7 @@ def search(
 
 
 def _rotation(q: Quaternion) -> list[float]:
-    """As axis times angle, the shorter way."""
+    """Returns axis times angle, the shorter way."""
     x, y, z, w = q
     sine = math.sqrt(x * x + y * y + z * z)
     angle = 2.0 * math.atan2(sine, w)
@@ -159,6 +161,6 @@ def _rotation(q: Quaternion) -> list[float]:
 
 
 def _signed(q: Quaternion) -> Quaternion:
-    """With the sign that a quaternion has which Bullet makes of a matrix: it says which way half a turn goes."""
+    """Returns a quaternion with Bullet's sign for a matrix. The sign decides the direction of half a turn."""
     leading = q[3] if abs(q[3]) > 0.5 else max(q[:3], key=abs)
     return q if leading >= 0.0 else (-q[0], -q[1], -q[2], -q[3])

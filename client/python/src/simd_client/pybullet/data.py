@@ -1,4 +1,4 @@
-"""Replaces `pybullet_data`: the folder of an installed one, else one with a few shapes and an arm of simd's own."""
+"""Replaces `pybullet_data`: an installed one's folder, else a folder with a few shapes and an arm of simd."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import sysconfig
 from pathlib import Path
 
-# Where to look first; a folder that holds plane.urdf.
+# Preferred folder; it contains plane.urdf.
 _VARIABLE = "PYBULLET_DATA"
 # Planes, cubes, spheres and an arm, under the names that scripts use.
 OWN = Path(__file__).with_name("robots")
@@ -19,7 +19,8 @@ WHAT_TO_DO = (
 
 
 def getDataPath() -> str:
-    """The folder of the robots that come with PyBullet, else one of simd's own robots of the same names.
+    """Returns the folder of the robots that come with PyBullet, else a folder of simd's robots with the same
+    names.
 
     Raises:
         FileNotFoundError: if the variable PYBULLET_DATA names no folder.

@@ -12,9 +12,9 @@ from .errors import error
 from .rotations import compose
 from .world import World
 
-# Metres of a text of size 1.
+# Height in metres of a text of size 1.
 _TEXT = 0.1
-# What the daemon takes: CSS pixels, bytes, seconds.
+# Limits of the daemon: CSS pixels, bytes, seconds.
 _WIDEST = 100.0
 _LONGEST = 1024
 _YEAR = 365.0 * 86400.0
@@ -31,7 +31,8 @@ def addUserDebugLine(
     replaceItemUniqueId: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """Draws a line in the page, of some CSS pixels, for so many wall seconds (0: until it is removed). Returns its number."""
+    """Draws a line in the page, its width in CSS pixels, for `lifeTime` wall seconds (0: until it is
+    removed). Returns its number."""
     world = connected(physicsClientId)
     frame, marker = _begin(world, lineColorRGB, lifeTime, parentObjectUniqueId, parentLinkIndex)
     ends = [vector(lineFromXYZ, "Error converting lineFrom[3]"), vector(lineToXYZ, "Error converting lineTo[3]")]
@@ -50,7 +51,7 @@ def addUserDebugPoints(
     replaceItemUniqueId: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """Draws points in the page, of some CSS pixels each. Returns the number of all of them."""
+    """Draws points in the page, their size in CSS pixels. Returns one number for all of them."""
     world = connected(physicsClientId)
     frame, marker = _begin(world, None, lifeTime, parentObjectUniqueId, parentLinkIndex)
     positions = [vector(each, "pointPositions must be a list of 3 numbers each") for each in _rows(pointPositions)]
@@ -85,7 +86,7 @@ def addUserDebugText(
         turn = quaternion(textOrientation, "Error converting textOrientation[4]")
     (x, y, z), (qx, qy, qz, qw) = compose(frame, (position, turn))
     words = "".join(letter if letter.isprintable() else " " for letter in str(text))
-    # Of a text that is too long, its beginning; an empty one is one of nothing.
+    # A long text is cut; an empty one draws nothing.
     words = words.encode()[:_LONGEST].decode(errors="ignore") or " "
     size = min(max(float(textSize), 1e-3), 1e4) * _TEXT
     marker.text.CopyFrom(MarkerText(text=words, position=Vector3(x=x, y=y, z=z), size=size))
@@ -107,16 +108,17 @@ def removeAllUserDebugItems(physicsClientId: int = 0) -> None:
 
 
 def _begin(world: World, color: Any, life_time: float, parent: int, link: int) -> tuple[Pose, Marker]:
-    """What all have, and link_from_inertia of the link that they move with: PyBullet's positions are about centers of mass."""
+    """Returns common properties of markers, and link_from_inertia of the link that they move with: PyBullet's
+    positions are relative to centers of mass."""
     marker = Marker(life_time=min(max(float(life_time), 0.0), _YEAR))
     shades = [] if color is None else floats(color, "Error converting lineColorRGB[3]")
-    # As in PyBullet, a color of another length is none.
+    # As in PyBullet, a color of another length means none.
     if len(shades) == 3:
         red, green, blue = (_share(each) for each in shades)
         marker.color.CopyFrom(Color(red=red, green=green, blue=blue, alpha=1.0))
     body = world.bodies.get(parent)
     name = body.link_name(link) if body is not None else None
-    # As in PyBullet, what is on nothing that is there stays in the world.
+    # As in PyBullet, an item on an unknown body stays in the world.
     if body is None or name is None:
         return (ORIGIN, UPRIGHT), marker
     marker.robot, marker.link = body.robot, name

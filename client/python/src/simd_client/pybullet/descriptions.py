@@ -1,4 +1,4 @@
-"""What PyBullet reads from a URDF and the daemon does not report."""
+"""Facts that PyBullet reads from a URDF and the daemon does not report."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from .arguments import ORIGIN, UPRIGHT, Pose, Vector
 from .rotations import from_euler
 
 
-# What may stand around a document.
+# Characters allowed around a document.
 _BLANK = b" \t\r\n\0"
 _COMMENT = re.compile(b"<!--.*?-->", re.DOTALL)
-# The attributes that are one number each, by element.
+# Attributes with one number each, by element.
 _SCALARS = {
     "mass": ("value",),
     "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
@@ -25,7 +25,7 @@ _SCALARS = {
 }
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 _WORDS = re.compile(rb"\A(\s*<\?xml[^>]*\?>)[^<]+")
-# An attribute's value that the next attribute follows without a blank.
+# An attribute's value without a blank before the next attribute.
 _JOINED = re.compile(rb"""(=\s*(?:"[^"<]*"|'[^'<]*'))(?=[A-Za-z_])""")
 
 
@@ -33,8 +33,8 @@ _JOINED = re.compile(rb"""(=\s*(?:"[^"<]*"|'[^'<]*'))(?=[A-Za-z_])""")
 class Description:
     """Empty for a text that cannot be parsed."""
 
-    # `link_from_inertia` of each link, metres. PyBullet's base positions, link states and joint
-    # frames are those of the inertias; the daemon reports centres of mass, and no axes.
+    # `link_from_inertia` of each link, metres. PyBullet's base positions, link states and joint frames refer
+    # to the inertias; the daemon reports centres of mass, and no axes.
     frames: dict[str, Pose] = field(default_factory=dict[str, Pose])
     # The root link's mass is written as 0: PyBullet treats it as a part of the world.
     massless_root: bool = False
@@ -45,7 +45,7 @@ class Description:
 
 
 def read(urdf: bytes, scale: float) -> Description:
-    """From a URDF's bytes, with its lengths multiplied by `scale`."""
+    """Reads a URDF's bytes, with its lengths multiplied by `scale`."""
     robot = parse(urdf)
     if robot is None:
         return Description()
@@ -67,14 +67,14 @@ def read(urdf: bytes, scale: float) -> Description:
 
 
 def separated(xml: bytes) -> bytes:
-    """With a blank between attributes, which Bullet's reader does not ask for, and without words between the declaration and the
-    document, which it passes over."""
+    """Inserts blanks between attributes, which Bullet's reader does not require. Removes words between the
+    declaration and the document, which Bullet ignores."""
     return _JOINED.sub(rb"\1 ", _WORDS.sub(rb"\1\n", xml))
 
 
 def with_numbers(urdf: bytes) -> tuple[bytes, list[str]]:
-    """As Bullet's reader takes numbers: their beginning (`1kg` is 1), and 0 where there is none. Returns what was read otherwise than
-    it is written."""
+    """Replaces numbers by Bullet's reading: their beginning (`1kg` is 1), and 0 for other text. Returns the
+    description and a sentence for each such value."""
     robot, read_as = parse(urdf), list[str]()
     for element in () if robot is None else robot.iter():
         for name in _SCALARS.get(element.tag, ()):
@@ -88,17 +88,18 @@ def with_numbers(urdf: bytes) -> tuple[bytes, list[str]]:
 
 
 def parse(urdf: bytes) -> ElementTree.Element | None:
-    """The document, or `None` if it cannot or must not be parsed."""
+    """Returns the document, or `None` if it cannot or must not be parsed."""
     # No document type: an entity could expand to gigabytes.
     if b"<!DOCTYPE" in urdf or b"<!ENTITY" in urdf:
         return None
     try:
-        # Some files begin with blank lines, which are an error in front of an XML declaration, or end with a zero byte.
+        # Some files begin with blank lines, which are an error before an XML declaration, or end with a zero
+        # byte.
         return ElementTree.fromstring(urdf.strip(_BLANK))
     except ElementTree.ParseError:
         pass
     try:
-        # Bullet's reader takes comments with `--` in them.
+        # Bullet's reader accepts comments with `--` in them.
         return ElementTree.fromstring(separated(_COMMENT.sub(b"", urdf)).strip(_BLANK))
     except ElementTree.ParseError:
         return None

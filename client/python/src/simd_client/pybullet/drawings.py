@@ -1,7 +1,8 @@
 """The drawings of one script: markers of the daemon, by PyBullet's item number.
 
-A script that draws a line for each of a thousand rays would wait for the daemon at each. So drawings are gathered for some
-milliseconds, and a thread sends them. One that replaces a drawing that still waits goes instead of it.
+A script that draws a line for each of a thousand rays would wait for the daemon each time. So drawings are
+collected for some milliseconds, and a thread sends them. A drawing that replaces a waiting one takes its
+place.
 """
 
 from __future__ import annotations
@@ -18,30 +19,30 @@ from .gathered import Gathered
 if TYPE_CHECKING:
     from .wire import Wire
 
-# How many of the oldest go where the daemon takes no more.
+# Number of the oldest drawings to delete when the daemon is full.
 _ROOM = 512
-# How many wait at the most, and their bytes: at the next one the script itself sends them.
+# Maximum number of waiting drawings, and their bytes: beyond it the script itself sends them.
 _MOST = 512
 _MOST_BYTES = 1 << 20
 
 
 class Drawings(Gathered):
-    """Those that are there, as far as the script knows: some go by themselves when their time is over."""
+    """Existing drawings, as far as the script knows: some expire."""
 
     def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
         super().__init__()
         self._wire = wire
-        # Tells the script's user a sentence, once.
+        # Prints a sentence to the script's user, once.
         self._say = say
         # The daemon's ids, the oldest first.
         self._ids: dict[int, int] = {}
-        # Not sent yet, the oldest first.
+        # Unsent drawings, the oldest first.
         self._waiting: dict[int, Marker] = {}
         self._bytes = 0
 
     def draw(self, number: int, marker: Marker) -> None:
-        """Draws an item soon, instead of the one of that number if there is one. Where the daemon takes no more, the
-        script's oldest go."""
+        """Draws an item soon, replacing the item with that number if it exists. If the daemon is full, the
+        script's oldest are deleted."""
         with self._lock:
             old = self._waiting.pop(number, None)
             if old is not None:
@@ -54,14 +55,14 @@ class Drawings(Gathered):
                 self._send_soon()
 
     def remove(self, number: int) -> None:
-        """Removes one, if it is there."""
+        """Removes a drawing, if it exists."""
         with self._lock:
             self._forget(number)
             if number in self._ids:
                 self._delete([number])
 
     def remove_all(self) -> None:
-        """Removes those of this script."""
+        """Removes the drawings of this script."""
         with self._lock:
             for number in list(self._waiting):
                 self._forget(number)
@@ -80,7 +81,8 @@ class Drawings(Gathered):
             self._put(items)
 
     def _put(self, items: list[tuple[int, Marker]]) -> None:
-        """Draws all, or those that the daemon takes. A thread has no script to raise to, so refusals are said."""
+        """Draws all, or as many as the daemon accepts. A thread has no script to raise to, so refusals are
+        printed."""
         while True:
             try:
                 self._add(items)
@@ -90,7 +92,7 @@ class Drawings(Gathered):
                     self._say("the daemon takes no more drawings of this script: its oldest ones go")
                     self._make_room()
                 elif refusal.reason and len(items) > 1:
-                    # One of them is wrong, and the daemon draws all or none.
+                    # One of them is invalid, and the daemon draws all or none.
                     for item in items:
                         self._put([item])
                     return
@@ -101,7 +103,7 @@ class Drawings(Gathered):
     def _add(self, items: list[tuple[int, Marker]]) -> None:
         for number, marker in items:
             marker.id = self._ids.get(number, 0)
-        # They go with the script, however it ends.
+        # They are deleted with the script, however it ends.
         request = AddMarkersRequest(markers=[marker for _, marker in items], until_disconnect=True)
         given = self._wire.call_aside(methods.AddMarkers, request).ids
         for (number, _), marker_id in zip(items, given, strict=True):

@@ -47,7 +47,7 @@ _CONTACT = {
     "contactStiffness": -1.0,
     "collisionMargin": 0.001,
 }
-# Kept for getDynamicsInfo; the others than springs of contacts do nothing.
+# Kept for getDynamicsInfo; only springs of contacts have an effect.
 _KEPT = (
     *_CONTACT,
     "linearDamping",
@@ -66,8 +66,8 @@ _MULTI_BODY = 2
 
 
 def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
-    """Mass, lateral friction, diagonal inertia, pose of the centre of mass, restitution, rolling and
-    spinning friction, contact damping and stiffness, kind of body, collision margin."""
+    """Returns mass, lateral friction, diagonal inertia, pose of the centre of mass, restitution, and rolling
+    and spinning friction. Then follow contact damping and stiffness, kind of body, collision margin."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getDynamicsInfo failed; invalid return status")
     name = body.link_name(linkIndex)
@@ -92,7 +92,7 @@ def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0)
 
 
 def _surface(world: World, body: Body, link: str) -> dict[str, float]:
-    """What a link's surface is like, as the daemon has it."""
+    """Returns the daemon's surface of a link."""
     surface = dict(_SURFACE)
     for properties in world.link_properties(body).links:
         if properties.link == link:
@@ -103,7 +103,8 @@ def _surface(world: World, body: Body, link: str) -> dict[str, float]:
 
 
 def _diagonal(body: Body, link: LinkInfo) -> Vector:
-    """The diagonal of the inertia, in the axes of the description; products are left out, as in PyBullet."""
+    """Returns the diagonal of the inertia, in the axes of the description; products are left out, as in
+    PyBullet."""
     xx, xy, xz, yy, yz, zz = link.inertia
     inertia: Matrix = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     turn = matrix(body.frame(link.name)[1])
@@ -142,14 +143,15 @@ def changeDynamics(
     sleepThreshold: float | None = None,
     physicsClientId: int = 0,
 ) -> None:
-    """Mass, inertia, friction and restitution of a link, damping and limits of the joint to its parent, springs of its
-    contacts; the maximum velocity of all joints of the body, rad/s or m/s. A mass without localInertiaDiagonal brings the inertia of
-    the shape, about the centre of mass. Other settings of Bullet's solver are kept for getDynamicsInfo, with one warning."""
+    """Sets mass, inertia, friction and restitution of a link, damping and limits of the joint to its parent,
+    and springs of its contacts. Sets the maximum velocity of all joints of the body, rad/s or m/s. A mass
+    without localInertiaDiagonal sets the inertia of the shape, about the centre of mass. Other settings of
+    Bullet's solver are kept for getDynamicsInfo, with one warning."""
     given = dict(locals())
     world = connected(physicsClientId)
     body = world.bodies.get(bodyUniqueId)
     if body is None or body.link_name(linkIndex) is None:
-        # PyBullet takes it, and changes nothing.
+        # PyBullet accepts it, and changes nothing.
         world.say_once(f"changeDynamics: there is no link {linkIndex} of body {bodyUniqueId}; the call does nothing")
         return
     surface = {field: _within(field, float(given[name])) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
@@ -161,7 +163,7 @@ def changeDynamics(
     kept = {name: given[name] for name in _KEPT if given[name] is not None}
     if kept:
         body.kept.setdefault(linkIndex, {}).update(kept)
-        # Without damping is how bodies move here.
+        # Bodies here move without damping.
         idle = [
             name
             for name, value in kept.items()
@@ -183,7 +185,7 @@ def changeDynamics(
 
 
 def _set_activation(world: World, body: Body, state: int) -> None:
-    """Switches the sleep of a whole body, as PyBullet does, whatever the link."""
+    """Switches the sleep of a whole body, as PyBullet does, regardless of the link."""
     stays_awake = bool(body.stays_awake)
     if state & ACTIVATION_STATE_ENABLE_SLEEPING:
         stays_awake = False
@@ -198,7 +200,8 @@ def _set_activation(world: World, body: Body, state: int) -> None:
 
 
 def _of_spring(value: float) -> float:
-    """What the daemon takes: Bullet's own -1 is none, and what Bullet has for rigid is as stiff as can be. NaN is for the daemon to refuse."""
+    """Returns a value that the daemon accepts. Bullet's -1 means none, and Bullet's value for rigid becomes
+    the maximum stiffness. The daemon refuses NaN."""
     if value <= 0.0:
         return 0.0
     least, most = _SPRING_RANGE
@@ -212,7 +215,7 @@ def _set_surface(world: World, body: Body, index: int, given: Mapping[str, float
 
 
 def _within(field: str, value: float) -> float:
-    """A value that the daemon takes: PyBullet takes any."""
+    """Clamps a value to the daemon's range: PyBullet accepts any."""
     return min(max(value, 0.0), 1.0 if field == "restitution" else 1e6)
 
 
@@ -250,7 +253,8 @@ def _set_joint(
 
 
 def _set_speed(world: World, body: Body, speed: float) -> None:
-    """As in PyBullet, of all joints of the body, whichever link was named; getJointInfo goes on with those of the description."""
+    """Sets it for all joints of the body, as in PyBullet, regardless of the named link; getJointInfo still
+    returns the description's."""
     for index, joint in enumerate(body.joints):
         if joint.width == 1:
             joint.limits = (*joint.limits[:3], speed if isfinite(speed) else None)
@@ -258,8 +262,9 @@ def _set_speed(world: World, body: Body, speed: float) -> None:
 
 
 def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal: Any) -> None:
-    """A link's mass is its description's: the robot is loaded again from an edited one, in place. As in PyBullet, a
-    base with the mass 0 is fixed to the world, and one that gets another mass is free."""
+    """Sets a link's mass. The mass belongs to the description: the robot is loaded again from an edited one,
+    in place. As in PyBullet, a base with the mass 0 is fixed to the world, and a base that gets another mass
+    becomes free."""
     if mass is not None and mass < 0.0:
         mass = None
     if mass == 0.0 and index == -1:
@@ -280,7 +285,7 @@ def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal
     if diagonal is not None:
         x, y, z = (i / unit for i in vector(diagonal, "localInertiaDiagonal needs three numbers"))
     else:
-        # The same shape, heavier or lighter, where it is not known.
+        # If the shape is unknown, the inertia is scaled with the mass.
         factor = (weight / old.mass if old.mass else 1.0) / unit
         x, y, z = _of_shape(body, link, weight) or (i * factor for i in _diagonal(body, old))
     _write_inertia(link, weight, (x, y, z), body)
@@ -293,8 +298,8 @@ def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal
 
 
 def _of_shape(body: Body, link: ElementTree.Element, mass: float) -> Vector | None:
-    """The diagonal that PyBullet gives a link with its mass, in the description's lengths: of what it touches with, whatever it was
-    before."""
+    """Returns PyBullet's diagonal for a link with its mass, in the description's lengths. It comes from the
+    collision shape, regardless of the earlier diagonal."""
     if body.shape_margin is None or (body.shape_margin == 0.0 and link.find("collision") is None):
         return None
 
@@ -322,7 +327,7 @@ def _write_inertia(link: ElementTree.Element, mass: float, diagonal: Vector, bod
 
 
 def computeDofCount(bodyUniqueId: int, physicsClientId: int = 0) -> int:
-    """Degrees of freedom of the joints; PyBullet leaves a free base out too."""
+    """Returns degrees of freedom of the joints; PyBullet leaves a free base out too."""
     body = connected(physicsClientId).bodies.get(bodyUniqueId)
     return sum(joint.width for joint in body.joints) if body else 0
 

@@ -6,10 +6,10 @@ class error(Exception):  # PyBullet's own name
 
     def __init__(self, message: str = "", reason: str = "") -> None:
         super().__init__(message)
-        # The reason of the daemon's refusal, as the schema names it; empty for others.
+        # Reason of the daemon's refusal, as the schema names it; empty for others.
         self.reason = reason
 
 
 def unsupported(function: str, why: str) -> NotImplementedError:
-    """The exception of a function that is not supported (yet)."""
+    """Returns the exception of a function that is not supported (yet)."""
     return NotImplementedError(f"simd_client.pybullet.{function}: {why}")

@@ -26,8 +26,8 @@ _SECONDS = 60.0
 
 
 def saveWorld(worldFileName: str, clientServerMode: int = 0, physicsClientId: int = 0) -> None:
-    """Writes a script that loads the robots of this one again, at their poses and joint positions. Bodies that were not
-    loaded from a file are left out, as in PyBullet."""
+    """Writes a script that loads this world's robots again, at their poses and joint positions. Bodies that
+    were not loaded from a file are left out, as in PyBullet."""
     del clientServerMode
     world = connected(physicsClientId)
     world.read_state()
@@ -55,7 +55,7 @@ def saveWorld(worldFileName: str, clientServerMode: int = 0, physicsClientId: in
 
 def _loading(world: World, body: Body) -> list[str]:
     (position, orientation), _ = world.root(body)
-    # PyBullet leaves out what the robot was loaded with.
+    # PyBullet leaves out the options of the load.
     more = ", useFixedBase=1" if body.fixed else ""
     more += f", globalScaling={body.scale!r}" if body.scale != 1.0 else ""
     lines = [f"objects = [p.loadURDF({body.file!r}, {_numbers((*position, *orientation))}{more})]"]
@@ -77,8 +77,8 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def saveBullet(bulletFileName: str, physicsClientId: int = 0) -> None:
-    """Writes the whole state of the world, with all its robots, into a file for restoreState(fileName=...). It is one of
-    simd's saved_states, and not of Bullet's format."""
+    """Writes the whole state of the world, with all its robots, into a file for restoreState(fileName=...).
+    It is one of simd's saved states, and not Bullet's format."""
     world = connected(physicsClientId)
     world.flush()
     name = world.saved_state_name(world.saved_state_number())
@@ -93,7 +93,7 @@ def saveBullet(bulletFileName: str, physicsClientId: int = 0) -> None:
 
 
 def read_state(world: World, file: str) -> str:
-    """Brings a file of saveBullet's into the daemon. Returns the name of the state."""
+    """Uploads a file of saveBullet to the daemon. Returns the name of the state."""
     name = world.saved_state_name(world.saved_state_number())
     try:
         sha256 = send_saved_state(world.wire.connection, Path(file))
@@ -105,7 +105,7 @@ def read_state(world: World, file: str) -> str:
 
 
 def loadBullet(bulletFileName: str, physicsClientId: int = 0) -> NoReturn:
-    """Raises: Bullet's own format is not read."""
+    """Raises an error: Bullet's own format is not read."""
     del bulletFileName
     connected(physicsClientId)
     raise unsupported("loadBullet", "files of Bullet's own format are not read; restoreState(fileName=) reads saveBullet's")

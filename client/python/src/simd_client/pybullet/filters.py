@@ -1,4 +1,5 @@
-"""Who touches whom: setCollisionFilterPair, setCollisionFilterGroupMask, and the flags of self-collision."""
+"""Collision filtering: setCollisionFilterPair, setCollisionFilterGroupMask, and the flags of
+self-collision."""
 
 from __future__ import annotations
 
@@ -20,18 +21,18 @@ _DEFAULT = PairCollision.PAIR_COLLISION_DEFAULT
 _OFF = PairCollision.PAIR_COLLISION_DISABLED
 _ON = PairCollision.PAIR_COLLISION_ENABLED
 _BITS = 0xFFFFFFFF
-# Bullet's group of what is a part of the world, which does not touch its like.
+# Bullet's group of the world's parts, which do not touch each other.
 _STATIC = 2
 _MOVING = 1
 
 
 def of_the_world(surface: Surface) -> Surface:
-    """With Bullet's groups of a base that is fixed to the world."""
+    """Returns the surface with Bullet's groups of a base that is fixed to the world."""
     return replace(surface, collision_group=_STATIC, collision_mask=_BITS & ~_STATIC)
 
 
 def of_what_moves(surface: Surface) -> Surface:
-    """With Bullet's groups of a base that is free."""
+    """Returns the surface with Bullet's groups of a free base."""
     return replace(surface, collision_group=_MOVING, collision_mask=_BITS)
 
 
@@ -43,9 +44,9 @@ def setCollisionFilterPair(
     enableCollision: int,
     physicsClientId: int = 0,
 ) -> None:
-    """Switches two links off or on, whatever their groups and masks say. Links of one body touch only if it was loaded
-    with URDF_USE_SELF_COLLISION, and not those that its flags exclude. As in PyBullet, links that are not there are
-    passed over."""
+    """Switches two links off or on, regardless of their groups and masks. Links of one body touch only if it
+    was loaded with URDF_USE_SELF_COLLISION, and its flags do not exclude them. As in PyBullet, unknown links
+    are ignored."""
     world = connected(physicsClientId)
     pair = ((bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB))
     bodies = [world.bodies.get(number) for number, _ in pair]
@@ -66,8 +67,8 @@ def setCollisionFilterGroupMask(
     collisionFilterMask: int,
     physicsClientId: int = 0,
 ) -> None:
-    """Puts a link into groups, a bit each, and says which groups it touches. Two links touch if one of them is in a
-    group that the other one touches. As in PyBullet, a link that is not there is passed over."""
+    """Sets a link's groups, a bit each, and the groups that it touches. Two links touch if one of them is in
+    a group that the other one touches. As in PyBullet, an unknown link is ignored."""
     world = connected(physicsClientId)
     body = world.bodies.get(bodyUniqueId)
     link = None if body is None else body.link_name(linkIndexA)
@@ -80,7 +81,7 @@ def setCollisionFilterGroupMask(
 
 
 def set_parents(world: World, body: Body, flags: int) -> None:
-    """What the flags of loadURDF say of links and those that they hang on."""
+    """Sets loadURDF's flags for links and their parents."""
     body.parent_flags = flags & (
         constants.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS | constants.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
     )
@@ -89,7 +90,7 @@ def set_parents(world: World, body: Body, flags: int) -> None:
 
 
 def put(world: World, number: int) -> None:
-    """Sends all pairs of a body, which was loaded or spawned again."""
+    """Sends all pairs of a body that was loaded or spawned again."""
     body = world.bodies[number]
     pairs: list[CollisionPair] = []
     if body.self_collision and body.parent_flags:
@@ -111,7 +112,7 @@ def _send(world: World, number: int, pairs: list[CollisionPair]) -> None:
 def _wire(
     world: World, key: tuple[tuple[int, int], tuple[int, int]], on: bool, number: int | None = None
 ) -> CollisionPair:
-    """A pair as the body of this number, by default the first one, says it."""
+    """Converts a pair as seen from the body of this number, by default the first one."""
     first, second = key if number in (None, key[0][0]) else (key[1], key[0])
     a, b = world.bodies[first[0]], world.bodies[second[0]]
     return CollisionPair(
@@ -123,7 +124,7 @@ def _wire(
 
 
 def _collision(body: Body, a: int, b: int, on: bool) -> PairCollision:
-    """Of two links of one body, which touch their parents only as the flags say."""
+    """Returns the filter of two links of one body; the flags decide for parents."""
     if not on:
         return _OFF
     lower, upper = max(a, b), min(a, b)
@@ -138,7 +139,7 @@ def _collision(body: Body, a: int, b: int, on: bool) -> PairCollision:
 
 
 def _above(body: Body, link: int) -> Iterator[int]:
-    """The link that a link hangs on, and what that one hangs on, up to the base."""
+    """Yields a link's parent, the parent's parent, and so on up to the base."""
     while link >= 0:
         link = body.joints[link].info[16]
         yield link

@@ -1,7 +1,8 @@
-"""Files where PyBullet looks for them.
+"""Finds files in the places where PyBullet looks.
 
-A file that a script names is looked for in the working folder, in folders `data` there and above, and in the search paths. One that a
-description names (`UrdfFindMeshFile.h`) is looked for in the folder of the description and in every folder above, and then as a script's.
+A script's file is searched in the working folder, in folders `data` there and above, and in the search paths.
+A description's file (`UrdfFindMeshFile.h`) is searched in the folder of the description, in every folder
+above, and then like a script's file.
 """
 
 from __future__ import annotations
@@ -16,23 +17,24 @@ _SCHEMES = ("package://", "model://", "file://")
 
 
 def places(name: str, search_paths: Sequence[str]) -> list[Path]:
-    """Where a file of that name may be, in PyBullet's order: as it is named, then below each folder, where `/` leads nowhere else."""
+    """Yields candidate paths of a file, in PyBullet's order: the given path, then below each folder, where
+    `/` stays inside the folder."""
     below = name.lstrip("/")
     return list(dict.fromkeys([Path(name), *(Path(folder) / below for folder in (*_DATA, *search_paths))]))
 
 
 class BulletLocator(Locator):
-    """Finds the files of a description where PyBullet does, else where simd's clients do. What may be sent is bounded by the names of
-    meshes and pictures, and not by folders: the script reads the same files."""
+    """Finds a description's files like PyBullet, else like simd's clients. Names of meshes and pictures limit
+    the files that may be sent; folders do not, since the script can read the same files."""
 
     def __init__(self, description: Path, search_paths: Sequence[str]) -> None:
         super().__init__(description)
         self._search_paths = list(search_paths)
-        # Why there is none, by URI.
+        # Reasons for missing files, by URI.
         self.missing: dict[str, Missing] = {}
 
     def find(self, uri: str) -> Path:
-        """The real path of the file that `uri` names. Raises `Missing`."""
+        """Returns the real path of the file that `uri` names. Raises `Missing`."""
         for place in self._places(uri):
             if place.suffix.lower().removeprefix(".") in self._extensions and place.is_file():
                 return place.resolve()
@@ -54,6 +56,6 @@ class BulletLocator(Locator):
 
 
 def said(locator: BulletLocator, uri: str) -> str:
-    """That a file is not found, and where it was looked for."""
+    """Returns the sentence for a missing file, with the searched places."""
     reason = locator.missing[uri].reason
     return f"{reason}: looked in the folder of the description and in every folder above it, in the working folder and in the search paths"

@@ -1,4 +1,4 @@
-"""getKeyboardEvents and getMouseEvents: what is done with keys and mouse in the daemon's page, where one is open."""
+"""getKeyboardEvents and getMouseEvents: keys and mouse in the daemon's page, if one is open."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from .input_queue import MouseEvent
 
 
 def getKeyboardEvents(physicsClientId: int = 0) -> dict[int, int]:
-    """Flags by code of the keys that are held down in the page or were pressed or released since the last call:
-    KEY_IS_DOWN, KEY_WAS_TRIGGERED, KEY_WAS_RELEASED."""
+    """Returns flags, by code, of the page's keys that are held down, or were pressed or released since the
+    last call. The flags are KEY_IS_DOWN, KEY_WAS_TRIGGERED and KEY_WAS_RELEASED."""
     return connected(physicsClientId).input.keys()
 
 
 def getMouseEvents(physicsClientId: int = 0) -> tuple[MouseEvent, ...]:
-    """What the mouse did over the page's picture since the last call, each: 1 for a move and 2 for a button, x and y in CSS
-    pixels, the number of the button (-1 for a move), and its flags."""
+    """Returns each mouse event over the page's picture since the last call. It has 1 for a move or 2 for a
+    button, x and y in CSS pixels, the button's number (-1 for a move), and flags."""
     return connected(physicsClientId).input.mouse()
 
 

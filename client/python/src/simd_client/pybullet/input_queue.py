@@ -1,4 +1,4 @@
-"""Keys and mouse in the daemon's page, as PyBullet keeps and numbers them."""
+"""Keys and mouse in the daemon's page, with PyBullet's queue and numbers."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 MouseEvent = tuple[int, float, float, int, int]
 
-# Wall seconds between two questions: a loop without pauses asks no more often than a person can type.
+# Wall seconds between two requests: a loop without pauses asks no more often than a person can type.
 _INTERVAL = 0.004
-# As many as PyBullet keeps.
+# PyBullet's capacity.
 _MOUSE_EVENTS = 256
-# The daemon waits so long for an event, which is not at all: 0 would be a second.
+# Seconds that the daemon waits for an event, practically none: 0 would mean a second.
 _NO_WAIT = 1e-9
 _MOVE_EVENT, _BUTTON_EVENT = 1, 2
 
@@ -53,7 +53,8 @@ _BUTTONS = {
 
 
 def code_of(key: KeyInput) -> int | None:
-    """PyBullet's code of a key: what it types without Shift, or one of B3G. `None` for a key that it does not know."""
+    """Returns PyBullet's code of a key: its character without Shift, or one of B3G. `None` for an unknown
+    key."""
     digit = re.fullmatch(r"(?:Digit|Numpad)([0-9])", key.code)
     if digit is not None:
         return ord(digit[1])
@@ -64,7 +65,7 @@ def code_of(key: KeyInput) -> int | None:
 
 
 class InputQueue:
-    """What was done since the script last asked."""
+    """Events since the script's last call."""
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
@@ -75,7 +76,7 @@ class InputQueue:
         self._mouse: deque[MouseEvent] = deque(maxlen=_MOUSE_EVENTS)
 
     def keys(self) -> dict[int, int]:
-        """Keys that are down, and those that went down or up since the last call."""
+        """Returns keys that are down, and keys that went down or up since the last call."""
         self._fetch()
         found = self._keys
         down = constants.KEY_IS_DOWN
@@ -83,7 +84,7 @@ class InputQueue:
         return found
 
     def mouse(self) -> tuple[MouseEvent, ...]:
-        """What the mouse did since the last call."""
+        """Returns the mouse events since the last call."""
         self._fetch()
         found = tuple(self._mouse)
         self._mouse.clear()
@@ -98,7 +99,7 @@ class InputQueue:
         answer = self._wire.call(methods.NextInput, request)
         self._sequence = answer.sequence
         if answer.missed:
-            # That a key went up may be among what is gone.
+            # The lost events may include the release of a key.
             for code in list(self._keys):
                 self._release(code)
         for event in answer.events:

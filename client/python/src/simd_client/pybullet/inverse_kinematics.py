@@ -1,4 +1,5 @@
-"""Joint positions at which a link of a robot is at a pose, as PyBullet finds them, or several are at places."""
+"""Joint positions that bring a link of a robot to a pose, as PyBullet finds them, or several links to
+positions."""
 
 from __future__ import annotations
 
@@ -24,9 +25,10 @@ Array = NDArray[np.float64]
 
 _MOST_ITERATIONS = 1000
 _LEAST_DAMPING = 1e-9
-# At least, of the daemon, whose search ends when it converges.
+# Minimum iterations of the daemon, whose search ends when it converges.
 _DAEMON_ITERATIONS = 100
-# Levenberg and Marquardt's damping: where it starts, how it changes after a step that was good or bad, and where it is given up.
+# Levenberg and Marquardt's damping: initial value, factors after good and bad steps, and the value that ends
+# the search.
 _DAMPING, _BETTER, _WORSE, _MOST_DAMPING = 1e-3, 0.3, 4.0, 1e6
 
 
@@ -47,9 +49,10 @@ def calculateInverseKinematics(
     residualThreshold: float = damped_steps.THRESHOLD,
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
-    """Joint positions, one per degree of freedom, that bring a link's frame to a world pose, or towards it: PyBullet's own steps from
-    where the robot is. Limits, ranges and rest poses count if there are as many of each as degrees of freedom. Where the steps leave
-    the limits that are given, others end at them. Robots with ball joints, and the solver `IK_SDLS`, take the daemon's search."""
+    """Returns joint positions, one per degree of freedom, that bring a link's frame to a world pose, or
+    towards it. They result from PyBullet's steps from the current positions. Limits, ranges and rest poses
+    count if each has one number per degree of freedom. If the steps leave the given limits, other steps end
+    at the limits. Robots with ball joints, and the solver `IK_SDLS`, use the daemon's search."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
     link = body.link_name(endEffectorLinkIndex)
@@ -77,19 +80,19 @@ def calculateInverseKinematics(
     request.tolerance = float(residualThreshold)
     start = _start(currentPositions, restPoses, sum(joint.count for joint in body.joints), text)
     if start:
-        # An empty guess is one of no joints.
+        # An empty guess means no joints.
         request.guess.positions.extend(_as_the_daemon_counts(body, start))
     found = world.wire.call(methods.ComputeInverseKinematics, request).positions
     return tuple(q for joint in body.joints for q in found[joint.position_index : joint.position_index + joint.count])
 
 
 def _search(world: World, body: Body, link: int, current: Any, damping: Any) -> Callable[..., Array]:
-    """PyBullet's search for a pose of a link, from where the robot is, or from the positions that are given."""
+    """Runs PyBullet's search for a pose of a link, from the current or the given positions."""
     numbers = damped_steps.turning(body)
     weights = np.full(len(numbers), damped_steps.DAMPING)
     if damping is not None and len(damping) >= len(numbers):
         text = "calculateInverseKinematics: joint damping must be numbers"
-        # Without any damping there is no one step.
+        # Without any damping a single step is undefined.
         weights = np.maximum(floats(damping, text)[: len(numbers)], _LEAST_DAMPING)
     if current is not None and len(current):
         start = floats(current, "calculateInverseKinematics: positions must be sequences of numbers")
@@ -97,7 +100,7 @@ def _search(world: World, body: Body, link: int, current: Any, damping: Any) -> 
             raise error(
                 "calculateInverseKinematics the size of input current positions needs to be equal to the number of degrees of freedom."
             )
-        # As in PyBullet, the pose is then one in the frame of the base.
+        # As in PyBullet, the pose is then in the frame of the base.
         root = inverse(body.frame(body.base_link))
     else:
         positions = world.joint_states(body).position
@@ -110,7 +113,8 @@ def _search(world: World, body: Body, link: int, current: Any, damping: Any) -> 
 
 
 def _limits(lower: Any, upper: Any, count: int) -> tuple[Array, Array] | None:
-    """Limits of a call, if there are as many as degrees of freedom; a lower one that is no lower is none."""
+    """Returns limits of a call, if each has one number per degree of freedom; lower limits that are not below
+    the upper ones are ignored."""
     if lower is None or upper is None or not len(lower) == len(upper) == count:
         return None
     text = "calculateInverseKinematics: limits must be sequences of numbers"
@@ -119,7 +123,7 @@ def _limits(lower: Any, upper: Any, count: int) -> tuple[Array, Array] | None:
 
 
 def _null_space(body: Body, text: str, *given: Any) -> damped_steps.NullSpace | None:
-    """Of lower and upper limits, ranges and rest poses, if there are as many of each as degrees of freedom."""
+    """Returns lower and upper limits, ranges and rest poses, if each has one number per degree of freedom."""
     count = len(damped_steps.turning(body))
     if not count or any(each is None or len(each) != count for each in given):
         return None
@@ -143,9 +147,9 @@ def calculateInverseKinematics2(
     residualThreshold: float = 1e-4,
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
-    """Joint positions, one per degree of freedom, at which the origins of these links' frames are at these world places, or as
-    near to them as can be: damped least squares within the robot's own limits. Rest poses are where the search starts, if there
-    are as many."""
+    """Returns joint positions, one per degree of freedom, that bring the origins of these links' frames to
+    these world positions, or as near as possible. The method is damped least squares within the robot's own
+    limits. The search starts from rest poses, if each degree of freedom has one."""
     del solver, jointRanges, jointDamping, lowerLimits, upperLimits
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
@@ -165,7 +169,7 @@ def calculateInverseKinematics2(
     if given:
         if len(given) != len(moving):
             raise error(f"calculateInverseKinematics2: {len(given)} joint positions for {len(moving)} degrees of freedom")
-        # What follows another joint stays where it is.
+        # Joints that follow another joint stay at their positions.
         q = np.where([body.joints[index].driven for index in moving], given, q)
     chains = _Chains(world, body, moving, links)
     found = _solve(chains, q, np.array(goals), _iterations(maxNumIterations), float(residualThreshold))
@@ -173,9 +177,9 @@ def calculateInverseKinematics2(
 
 
 def _as_the_daemon_counts(body: Body, given: list[float]) -> list[float]:
-    """Joint positions that follow the order of the script's joints."""
+    """Returns joint positions in the order of the script's joints."""
     if len(given) != sum(joint.count for joint in body.joints):
-        # The daemon says how many there should be.
+        # The daemon reports the expected number.
         return given
     placed, at = [0.0] * len(given), 0
     for joint in body.joints:
@@ -185,8 +189,8 @@ def _as_the_daemon_counts(body: Body, given: list[float]) -> list[float]:
 
 
 def _start(current: Any, rest: Any, count: int, text: str) -> list[float]:
-    """Where the search of so many positions starts; empty for where the robot is. As in PyBullet, rest poses of another number are
-    not read."""
+    """Returns the start of the search for this many positions; empty for the current positions. As in
+    PyBullet, rest poses of another number are ignored."""
     if current is not None and len(current):
         return floats(current, text)
     return floats(rest, text) if rest is not None and len(rest) == count else []
@@ -197,7 +201,7 @@ def _iterations(given: int) -> int:
 
 
 class _Chains:
-    """Where the origins of some links are, and how they move with the joints."""
+    """Positions of the origins of some links, and their derivatives by the joints."""
 
     def __init__(self, world: World, body: Body, moving: list[int], links: list[int]) -> None:
         self._body = body
@@ -209,7 +213,7 @@ class _Chains:
         self.upper = np.array([np.inf if high is None else high for _, high, _, _ in limits])
 
     def at(self, q: Array) -> tuple[Array, Array]:
-        """Positions, a row each, and three rows of the Jacobian for each."""
+        """Returns positions, a row each, and three rows of the Jacobian for each."""
         body = self._body
         values = dict(zip(self._moving, q.tolist(), strict=True))
         frames: dict[int, Pose] = {}
@@ -236,7 +240,7 @@ class _Chains:
 
 
 def _moved(kind: int, axis: Vector, value: float) -> Pose:
-    """joint_from_child at a position."""
+    """Returns joint_from_child at a position."""
     if kind == constants.JOINT_PRISMATIC:
         return (axis[0] * value, axis[1] * value, axis[2] * value), UPRIGHT
     if kind != constants.JOINT_REVOLUTE:
@@ -246,7 +250,7 @@ def _moved(kind: int, axis: Vector, value: float) -> Pose:
 
 
 def _solve(chains: _Chains, q: Array, goals: Array, most: int, threshold: float) -> Array:
-    """Levenberg and Marquardt's method, with each step cut off at the limits."""
+    """Runs Levenberg and Marquardt's method, with each step clamped at the limits."""
     q = np.clip(q, chains.lower, chains.upper)
     positions, rows = chains.at(q)
     off = (goals - positions).reshape(-1)

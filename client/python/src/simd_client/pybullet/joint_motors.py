@@ -1,4 +1,4 @@
-"""The motors of joints."""
+"""Motors of joints."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def setJointMotorControl2(
         motor = body.joints[jointIndex].motor
         rest = (force, positionGain, velocityGain, maxVelocity)
         if motor.given == rest and motor.mode == controlMode and abs(targetPosition) <= MOST >= abs(targetVelocity):
-            # In a loop.
+            # The call belongs to a loop.
             motor.position, motor.velocity = float(targetPosition), float(targetVelocity)
             world.drive(body, (jointIndex,))
             if world.playing:
@@ -65,7 +65,7 @@ def setJointMotorControl(
     positionGain: float = 0.1,
     velocityGain: float = 1.0,
 ) -> None:
-    """The old form, for the first connection only, with one value for the mode."""
+    """Old form, for the first connection only, with one value for the mode."""
     position = targetValue if controlMode == constants.POSITION_CONTROL else 0.0
     velocity = targetValue if controlMode == constants.VELOCITY_CONTROL else 0.0
     force = targetValue if controlMode == constants.TORQUE_CONTROL else maxForce
@@ -135,9 +135,10 @@ def setJointMotorControlMultiDof(
     damping: Any = None,
     physicsClientId: int = 0,
 ) -> None:
-    """`setJointMotorControl2` with sequences of one value; of a spherical joint a quaternion and sequences of three."""
+    """Like `setJointMotorControl2`, with sequences of one value; for a spherical joint a quaternion and
+    sequences of three."""
     if controlMode == constants.STABLE_PD_CONTROL:
-        # As in PyBullet, it is for the function that sets several joints.
+        # As in PyBullet, only the function for several joints accepts it.
         raise error("Illegal control mode.")
     setJointMotorControlMultiDofArray(
         bodyUniqueId,
@@ -171,7 +172,7 @@ def setJointMotorControlMultiDofArray(
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     wanted = indices(jointIndices, "expected a sequence of joint indices")
     if controlMode == constants.STABLE_PD_CONTROL:
-        # Which is what PD_CONTROL is here: its spring and damper are implicit.
+        # PD_CONTROL here has an implicit spring and damper.
         controlMode = constants.PD_CONTROL
     _check(body, wanted, controlMode)
     if any(body.joints[index].width > 1 and body.joints[index].ball is None for index in wanted):
@@ -218,8 +219,8 @@ def _command(
     mode: int,
     settings: Sequence[tuple[float, float, float, float, float, float]],
 ) -> None:
-    """Changes motors of joints that are there: position, velocity, force, gains of both, and the highest velocity of each. Does
-    nothing with a joint that has no motor."""
+    """Changes motors of existing joints: position, velocity, force, gains of both, and the maximum velocity
+    of each. Ignores joints without a motor."""
     body.loop = None
     driven: list[int] = []
     checked = [tuple(map(_settled, own, _NAMES)) for own in settings]
@@ -258,7 +259,7 @@ _NAMES = ("targetPosition", "targetVelocity", "force", "positionGain", "velocity
 
 
 def _settled(value: float, name: str) -> float:
-    """A value as the daemon takes it: what is larger than that is as large as can be.
+    """Clamps a value to the daemon's maximum.
 
     Raises:
         error: for what is no number, which nothing can come back from.
@@ -281,7 +282,8 @@ def _command_ball(
     velocity_gain: Any,
     max_velocity: Any,
 ) -> None:
-    """Changes the motor of a spherical joint. Of forces the largest holds about each axis, of gains the first."""
+    """Changes the motor of a spherical joint. The largest force applies about each axis, and the first gain
+    is used."""
     motor = body.joints[index].ball
     if motor is None:
         return
@@ -302,7 +304,7 @@ def _command_ball(
 
 
 def _three(given: Any, default: Vector) -> Vector:
-    """Three numbers, or one for all."""
+    """Returns three numbers, or one for all."""
     if given is None:
         return default
     values = floats(given if hasattr(given, "__len__") else [given], "expected a sequence of three numbers")
@@ -313,7 +315,7 @@ def _three(given: Any, default: Vector) -> Vector:
 
 
 def _first(given: Any, number: int, default: float) -> float:
-    """A value, or the only one of a sequence."""
+    """Returns a value, or the only one of a sequence."""
     if given is None:
         return default
     value = given[number]

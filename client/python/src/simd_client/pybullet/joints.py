@@ -1,4 +1,4 @@
-"""Joints: their properties and states, and how they are put elsewhere."""
+"""Joints: their properties, states and resets."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from .world import World
 
 JointState = tuple[float, float, tuple[float, ...], float]
 
-# Selections of joints of one robot whose way of reading is kept.
+# Maximum number of cached joint selections of one robot.
 _MOST_READERS = 64
 
 
 def getNumJoints(bodyUniqueId: int, physicsClientId: int = 0) -> int:
-    """The number of joints of a robot, fixed ones included; 0 if there is no such robot."""
+    """Returns the number of joints of a robot, fixed ones included; 0 for an unknown robot."""
     body = connected(physicsClientId).bodies.get(bodyUniqueId)
     return len(body.joints) if body else 0
 
 
 def getJointInfo(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> JointInfoTuple:
-    """The 17 values of PyBullet: see docs/pybullet.md."""
+    """Returns the 17 values of PyBullet: see docs/pybullet.md."""
     body = connected(physicsClientId).body(bodyUniqueId, "GetJointInfo failed.")
     if not 0 <= jointIndex < len(body.joints):
         raise error("GetJointInfo failed.")
@@ -41,8 +41,9 @@ def getJointInfo(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -
 
 
 def getJointState(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> JointState:
-    """Position, velocity, reaction (force and torque), and the effort that the motor applied over the last step, N m or N,
-    without the script's own of TORQUE_CONTROL; with substeps divided by their number, as in PyBullet."""
+    """Returns position, velocity, reaction (force and torque), and the effort that the motor applied over the
+    last step, N m or N. The effort excludes the script's TORQUE_CONTROL; with substeps it is divided by their
+    number, as in PyBullet."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getJointState failed.")
     if not 0 <= jointIndex < len(body.joints):
@@ -71,12 +72,12 @@ def _in_range(body: Body, wanted: list[int]) -> None:
 
 
 def _keep_reader(body: Body, wanted: list[int]) -> None:
-    """Keeps how these states are read, since a loop asks for the same ones at each step. Not of joints that are read in another way: those
-    with a sensor, and spherical ones; a sensor that is turned on later forgets all of them."""
+    """Caches how these states are read, since a loop requests the same ones at each step. Joints with a
+    sensor and spherical ones are excluded; a sensor that is turned on later clears the cache."""
     joints = [body.joints[index] for index in wanted]
     if len(joints) < 2 or any(joint.ball is not None or joint.sensor for joint in joints):
         return
-    # What a joint without one value has is behind those of all joints.
+    # Joints without one value use the entry behind those of all joints.
     q = itemgetter(*(joint.position_index if joint.width == 1 else -1 for joint in joints))
     u = itemgetter(*(joint.velocity_index if joint.width == 1 else -1 for joint in joints))
     carried = (NOTHING,) * len(joints)
@@ -93,7 +94,7 @@ def _state(world: World, body: Body, states: AnyJointStates, index: int) -> Join
     joint = body.joints[index]
     carried = reaction(world, body, states, index)
     if joint.ball is not None:
-        # PyBullet gives the first of each.
+        # PyBullet returns the first of each.
         orientation, spin, _, _ = _ball_state(world, body, states, index)
         return (orientation[0], spin[0], carried, 0.0)
     if joint.width != 1:
@@ -104,8 +105,8 @@ def _state(world: World, body: Body, states: AnyJointStates, index: int) -> Join
 
 
 def getJointStateMultiDof(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
-    """As `getJointState`, with a sequence of values for each: none of a fixed joint, three of a planar one, a quaternion and
-    three velocities of a spherical one."""
+    """Like `getJointState`, with a sequence of values for each. A fixed joint has none, a planar one three, a
+    spherical one a quaternion and three velocities."""
     return getJointStatesMultiDof(bodyUniqueId, [jointIndex], physicsClientId)[0]
 
 
@@ -200,7 +201,7 @@ def resetJointStatesMultiDof(
 
 
 def _bounded(value: float) -> float:
-    """As large as the daemon takes it."""
+    """Clamps to the daemon's maximum."""
     return max(-MOST, min(float(value), MOST))
 
 
@@ -214,7 +215,7 @@ def _reset(
         if joint.width == 6:
             raise unsupported("resetJointStateMultiDof", "floating joints cannot be put elsewhere")
         if joint.ball is not None:
-            # PyBullet leaves one alone that is given one number.
+            # PyBullet ignores a spherical joint that gets one number.
             if len(value) == 4:
                 spin = velocity if len(velocity) == 3 else [0.0, 0.0, 0.0]
                 turn = body.frame(joint.link)[1]

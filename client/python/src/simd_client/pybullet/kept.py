@@ -1,4 +1,4 @@
-"""What a script keeps in its own process: where the window's camera is, and notes on bodies."""
+"""State of a script in its process: the window's camera, and notes on bodies."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from .arguments import ORIGIN, Vector
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the window's camera is: degrees, metres."""
+    """Pose of the window's camera: degrees, metres."""
 
     distance: float = 5.0
     yaw: float = 50.0
     pitch: float = -35.0
     target: Vector = ORIGIN
-    # Of the picture, pixels: PyBullet's window.
+    # Size of the picture, pixels: PyBullet's window.
     width: int = 1024
     height: int = 768
-    # Of half of the vertical field of view: PyBullet's is 90 degrees.
+    # Tangent of half the vertical field of view: PyBullet's is 90 degrees.
     tangent: float = 1.0
 
 
@@ -34,21 +34,21 @@ class Note:
 
     @property
     def full_key(self) -> tuple[str, int, int, int]:
-        """Of which there is one note."""
+        """Key of a note; each key has one note."""
         return self.key, self.body, self.link, self.shape
 
 
 @dataclass
 class Notes:
-    """All of one script, by number."""
+    """All notes of one script, by number."""
 
     by_number: dict[int, Note] = field(default_factory=dict[int, Note])
     next: int = 0
 
     def forget(self, body: int) -> None:
-        """The body is gone."""
+        """Removes the notes of a deleted body."""
         self.by_number = {number: note for number, note in self.by_number.items() if note.body != body}
 
     def number(self, full_key: tuple[str, int, int, int]) -> int:
-        """The number of the note there; -1 for none."""
+        """Returns the number of the note there; -1 without one."""
         return next((number for number, note in self.by_number.items() if note.full_key == full_key), -1)

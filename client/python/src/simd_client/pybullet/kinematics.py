@@ -33,8 +33,8 @@ def getLinkState(
     computeForwardKinematics: int = 0,
     physicsClientId: int = 0,
 ) -> tuple[Any, ...] | None:
-    """World pose of the centre of mass, its pose in the link's frame, world pose of the link's
-    frame, and, if asked for, linear and angular velocity of the centre of mass."""
+    """Returns the world pose of the centre of mass, its pose in the link's frame, and the world pose of the
+    link's frame. If requested, also the linear and angular velocity of the centre of mass."""
     del computeForwardKinematics
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getLinkState failed.")
@@ -77,27 +77,27 @@ def _link_states(world: World, body: Body, wanted: list[int], moving: bool) -> l
 
 
 def link_pose(body: Body, states: RobotLinkPoses | RobotLinkStates, link: str) -> Pose:
-    """world_from_link."""
+    """Returns world_from_link."""
     at = 7 * body.link_indices[link]
     x, y, z, i, j, k, w = states.poses[at : at + 7]
     return (x, y, z), (i, j, k, w)
 
 
 def _at_center(frame: Pose, inertia: Pose, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
-    """Velocities of the centre of mass, from those of the link's origin."""
+    """Returns velocities of the centre of mass, from those of the link's origin."""
     dx, dy, dz = cross(angular, rotate(frame[1], inertia[0]))
     return (linear[0] + dx, linear[1] + dy, linear[2] + dz), angular
 
 
 def getBasePositionAndOrientation(bodyUniqueId: int, physicsClientId: int = 0) -> Pose:
-    """World pose of the root link's centre of mass and axes of inertia."""
+    """Returns the world pose of the root link's centre of mass and axes of inertia."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "GetBasePositionAndOrientation failed.")
     return compose(world.root(body)[0], body.frame(body.base_link))
 
 
 def getBaseVelocity(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[Vector, Vector]:
-    """Linear velocity of the root link's centre of mass, and angular velocity, world axes."""
+    """Returns the linear velocity of the root link's centre of mass, and the angular velocity, world axes."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getBaseVelocity failed.")
     return _base_velocity(world, body)
@@ -127,7 +127,7 @@ def resetBasePositionAndOrientation(
 
 
 def _bounded(velocity: Vector) -> Vector:
-    """As fast as the daemon lets a body be."""
+    """Clamped to the daemon's maximum."""
     x, y, z = (max(-_FASTEST, min(each, _FASTEST)) for each in velocity)
     return x, y, z
 
@@ -159,8 +159,8 @@ def resetBaseVelocity(
 def applyExternalForce(
     objectUniqueId: int, linkIndex: int, forceObj: Any, posObj: Any, flags: int, physicsClientId: int = 0
 ) -> None:
-    """A force on a link for the next step: in world axes at a world position, or in the axes of
-    the link's inertia at a position from its centre of mass."""
+    """Applies a force to a link for the next step. It is in world axes at a world position, or in the axes of
+    the link's inertia, relative to its centre of mass."""
     text = "force and position need 3 coordinates [x,y,z]."
     force, position = vector(forceObj, text), vector(posObj, text)
     _apply_wrench(physicsClientId, objectUniqueId, linkIndex, force, None, position, flags)
@@ -169,7 +169,7 @@ def applyExternalForce(
 def applyExternalTorque(
     objectUniqueId: int, linkIndex: int, torqueObj: Any, flags: int, physicsClientId: int = 0
 ) -> None:
-    """A torque on a link for the next step, in world axes or in those of the link's inertia."""
+    """Applies a torque to a link for the next step, in world axes or in those of the link's inertia."""
     torque = vector(torqueObj, "torque needs 3 coordinates [x,y,z].")
     _apply_wrench(physicsClientId, objectUniqueId, linkIndex, None, torque, None, flags)
 
@@ -189,7 +189,7 @@ def _apply_wrench(
     body = world.body(unique_id, "there is no such body")
     link = body.link_name(index)
     if link is None:
-        # PyBullet takes it, and nothing is pushed.
+        # PyBullet accepts it, and applies nothing.
         world.say_once(f"a force on link {index} of body {unique_id}, which it does not have, does nothing")
         return
     inertia = body.frame(link)

@@ -1,7 +1,7 @@
-"""The colours that a script gives links, in the daemon's page.
+"""Colours of links that a script sets, in the daemon's page.
 
-They are gathered for some milliseconds, as drawings are, and a thread sends them: a script that changes a colour at each step waits for
-nothing.
+They are collected for some milliseconds, like drawings, and a thread sends them: a script that changes a
+colour at each step does not wait.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Rgba = tuple[float, float, float, float]
 
-# Of one request.
+# Maximum number in one request.
 _MOST = 4096
 
 
@@ -29,9 +29,9 @@ class LinkColors(Gathered):
     def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
         super().__init__()
         self._wire = wire
-        # Tells the script's user a sentence, once.
+        # Prints a sentence to the script's user, once.
         self._say = say
-        # By robot and link.
+        # Colours by robot and link.
         self._waiting: dict[tuple[str, str], Rgba] = {}
 
     def paint(self, robot: str, link: str, color: Rgba) -> None:
@@ -54,5 +54,5 @@ class LinkColors(Gathered):
         try:
             self._wire.call_aside(methods.SetLinkColors, SetLinkColorsRequest(colors=colors))
         except error as refusal:
-            # Another client may have taken a robot away. A thread has no script to raise to.
+            # Another client may have removed a robot. A thread has no script to raise to.
             self._say(f"colours of links are not shown: {refusal}")

@@ -21,7 +21,7 @@ from .finding import BulletLocator
 from .wire import Spawn
 from .world import World
 
-# Flags without effect, or for what simd does anyway.
+# Flags without effect, or for simd's normal behaviour.
 _GRANTED = (
     constants.URDF_USE_INERTIA_FROM_FILE
     | constants.URDF_USE_IMPLICIT_CYLINDER
@@ -39,12 +39,12 @@ _GRANTED = (
 )
 # For links without friction in their description.
 _FRICTION = 0.5
-# Of values that are read otherwise than they are written.
+# Warnings about values that are read differently from their text.
 _MOST_SAID = 8
 
 
 def _old_forms(function: Function) -> Function:
-    """Also takes position and orientation as three, or as seven numbers, as PyBullet does."""
+    """Also accepts position and orientation as three, or as seven numbers, like PyBullet."""
 
     @functools.wraps(function)
     def loading(*arguments: Any, **named: Any) -> int:
@@ -108,7 +108,8 @@ def loadURDF(
 def _loaded(
     world: World, path: Path, urdf: bytes, spawn: Spawn, flags: int
 ) -> tuple[bytes, tuple[EntityInfo, dict[str, str], dict[str, str]]]:
-    """Spawns a robot with PyBullet's masses and inertias, else as the file has them. Returns also its description."""
+    """Spawns a robot with PyBullet's masses and inertias, else with the file's. Returns also its
+    description."""
     locator = BulletLocator(path, search_paths(world))
     if is_xacro(path) or not spawn.scale > 0.0:
         return urdf, world.wire.load(path, spawn, locator)
@@ -121,12 +122,12 @@ def _loaded(
     except error as refusal:
         if not refusal.reason:
             raise
-    # What is wrong is reported by the lines of the file.
+    # Errors are reported by the lines of the file.
     return urdf, world.wire.load(path, spawn, locator)
 
 
 def _check_meshes(urdf: bytes, locator: BulletLocator) -> None:
-    """PyBullet refuses a file with a mesh that is not found.
+    """Refuses a file with a missing mesh, like PyBullet.
 
     Raises:
         error: that names the link, and where the mesh was looked for.
@@ -140,7 +141,7 @@ def _check_meshes(urdf: bytes, locator: BulletLocator) -> None:
 
 
 def _locate(locator: BulletLocator) -> shape_inertia.Locate:
-    """Where the files are that a description names."""
+    """Returns the files that a description names, with their paths."""
 
     def locate(uri: str) -> Path | None:
         try:
@@ -161,8 +162,8 @@ def settled(
     surfaces: dict[str, Surface] | None = None,
     link_order: Sequence[str] = (),
 ) -> int:
-    """Adds a robot that was spawned, with these surfaces or to be given those of PyBullet. Its joints have PyBullet's default
-    motors, and are numbered as these links come, if some are named. Returns its number."""
+    """Adds a spawned robot with these surfaces, or with PyBullet's. Its joints have PyBullet's default
+    motors, and are numbered in the order of the named links, if given. Returns its number."""
     body = world.add(entity, description.frames, own=True, urdf=urdf, link_order=link_order)
     body.files, body.scale = files, scale
     if surfaces is None:
@@ -176,7 +177,7 @@ def settled(
 
 
 def default_surfaces(links: Iterable[str], fixed: str | None) -> dict[str, Surface]:
-    """PyBullet's, of links whose description says nothing, and of a base that is fixed."""
+    """Returns PyBullet's surfaces, for links without one in the description, and for a fixed base."""
     surfaces = {link: Surface(friction=_FRICTION) for link in links}
     if fixed is not None:
         surfaces[fixed] = filters.of_the_world(surfaces.get(fixed, Surface()))
@@ -184,7 +185,7 @@ def default_surfaces(links: Iterable[str], fixed: str | None) -> dict[str, Surfa
 
 
 def found(world: World, name: str, refusal: str) -> Path:
-    """The file of that name, where PyBullet looks for it."""
+    """Finds the file of that name like PyBullet."""
     places = finding.places(name, search_paths(world))
     for place in places:
         if place.is_file():
@@ -195,7 +196,7 @@ def found(world: World, name: str, refusal: str) -> Path:
 
 
 def setAdditionalSearchPath(path: str, physicsClientId: int = 0) -> None:
-    """Adds a path for files that are not in the working folder; the newest path is searched first."""
+    """Adds a path for files outside the working folder; the newest path is searched first."""
     connected(physicsClientId).search_paths.append(str(path))
 
 
@@ -203,24 +204,24 @@ def removeBody(bodyUniqueId: int, physicsClientId: int = 0) -> None:
     """Removes a robot from the world."""
     world = connected(physicsClientId)
     body = world.bodies.get(bodyUniqueId)
-    # PyBullet only warns if there is no such body.
+    # PyBullet only warns about an unknown body.
     if body is not None:
         world.remove(body)
 
 
 def getNumBodies(physicsClientId: int = 0) -> int:
-    """The number of robots, those of other clients included."""
+    """Returns the number of robots, other clients' included."""
     return len(connected(physicsClientId).bodies)
 
 
 def getBodyUniqueId(serialIndex: int, physicsClientId: int = 0) -> int:
-    """The number of the robot at that index; -1 beyond the last."""
+    """Returns the number of the robot at that index; -1 beyond the last."""
     numbers = connected(physicsClientId).serial
     return numbers[serialIndex] if 0 <= serialIndex < len(numbers) else -1
 
 
 def getBodyInfo(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[bytes, bytes]:
-    """Names of the root link and of the robot's description."""
+    """Returns the names of the root link and of the robot's description."""
     body = connected(physicsClientId).body(bodyUniqueId, "Couldn't get body info")
     return body.base_link.encode(), body.model.encode()
 

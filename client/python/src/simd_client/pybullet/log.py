@@ -1,4 +1,4 @@
-"""What is called after each step of a world."""
+"""Listeners that run after each step of a world."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class Log(Protocol):
-    """Something that is called after each step."""
+    """A listener that runs after each step."""
 
     def __call__(self, world: World) -> None:
         """Called after a step."""

@@ -1,7 +1,6 @@
-"""The loop of a script: what a step sends, and what its answer brings.
+"""The loop of a script: the request of a step, and its answer.
 
-A step costs one round trip: motors are sent with it, its answer has the joint states, and
-readings are answered from those.
+A step costs one round trip: motors are sent with it, its answer has the joint states, and readings use those.
 """
 
 from __future__ import annotations
@@ -44,59 +43,59 @@ if TYPE_CHECKING:
 
 Answer = TypeVar("Answer")
 
-# How long stepSimulation waits for the next state of a world that plays, seconds.
+# Seconds that stepSimulation waits for the next state of a world that plays.
 _NEXT_STATE = 1.0
-# How many wrenches wait at the most.
+# Maximum number of waiting wrenches.
 _WRENCHES = 256
-# Wall seconds for which settings are taken to be as they were seen.
+# Wall seconds for which settings are assumed unchanged.
 _SEEN = 0.5
-# The daemon's time steps, seconds, and how many of them may be one of the script.
+# The daemon's time steps, seconds, and how many of them may form one of the script.
 _SHORTEST, _LONGEST, _MOST_STEPS = 1e-6, 0.1, 1000
 # PyBullet's time step, until a script sets another.
 TIME_STEP = 1.0 / 240.0
 
 
 class Loop(Readings):
-    """What goes to the daemon with each step, and the settings by which it steps."""
+    """Data sent with each step, and the settings of steps."""
 
     def __init__(self, wire: Wire) -> None:
         super().__init__(wire)
         self.bodies: dict[int, Body] = {}
-        # As they were last read.
+        # Settings as last read.
         self.physics = Physics()
         self.gravity: Vector = (0.0, 0.0, 0.0)
         self.time_step = TIME_STEP
         # Steps of the daemon for one of the script.
         self.steps_at_once = 1
-        # Bullet's defaults, until a script says otherwise: they do nothing here.
+        # Bullet's defaults, until a script changes them: they have no effect here.
         self.solver_iterations, self.inner_iterations = 50, 1
         # Motors that have changed since the last step, by body and joint.
         self._waiting: dict[Key, None] = {}
         self._outgoing = Outgoing()
         # Torques of the script that acted over the last step, N m or N: one number, or three of a spherical joint.
         self.torques: dict[Key, Sequence[float]] = {}
-        # Is held while a torque is added, and while those that were are taken: scripts command from other threads than the one
-        # that steps.
+        # Held while a torque is added, and while torques are taken: scripts also command from other threads
+        # than the stepping one.
         self.commands = threading.RLock()
-        # Joints to be put elsewhere, by robot: position and velocity by the joint's name and axis. They go with the next call
-        # of any kind.
+        # Pending resets of joints, by robot: position and velocity by the joint's name and axis. They go with
+        # the next call of any kind.
         self._resets: dict[str, dict[tuple[str, int], JointReset]] = {}
-        # Limits that joints get, by robot and the joint's name: they go before that.
+        # Pending limits of joints, by robot and the joint's name: they go before the resets.
         self._bounds: dict[str, dict[str, JointBounds]] = {}
-        # Wrenches for the next step, which go with that call too, together.
+        # Wrenches for the next step, sent together with that call.
         self._wrenches: list[ApplyLinkWrenchRequest] = []
         # The wall time at which the settings were read or changed.
         self._physics_at = -math.inf
         wire.before = self._send_before
 
     def drive(self, body: Body, joints: Iterable[int]) -> None:
-        """Marks motors as changed: they are sent with the next step, or at once if the world plays."""
+        """Marks motors as changed: they are sent with the next step, or immediately if the world plays."""
         number = body.unique_id
         for index in joints:
             self._waiting[number, index] = None
 
     def forget_motors(self, number: int, robot: str) -> None:
-        """Leaves nothing that waits for a robot that is not there any more."""
+        """Drops everything that waits for a deleted robot."""
         for key in [key for key in self._waiting if key[0] == number]:
             del self._waiting[key]
         self._bounds.pop(robot, None)
@@ -104,24 +103,24 @@ class Loop(Readings):
         self._wrenches = [each for each in self._wrenches if each.robot != robot]
 
     def put_joints(self, body: Body, joints: Mapping[tuple[str, int], JointReset]) -> None:
-        """Puts joints elsewhere, by name and axis."""
+        """Resets joints, by name and axis."""
         self._resets.setdefault(body.robot, {}).update(joints)
         if self.playing:
             self._send_before()
         self.forget_states()
 
     def apply_wrench(self, request: ApplyLinkWrenchRequest) -> None:
-        """A wrench for the next step, beside those that wait."""
+        """Adds a wrench for the next step to the waiting ones."""
         self._wrenches.append(request)
         if self.playing or len(self._wrenches) >= _WRENCHES:
             self._send_before()
 
     def bound(self, body: Body, joint: BodyJoint, limits: JointBounds) -> None:
-        """Gives a joint limits, with the next call of any kind."""
+        """Sets limits of a joint, with the next call of any kind."""
         self._bounds.setdefault(body.robot, {})[joint.name] = limits
 
     def _send_before(self) -> None:
-        """Sends what other calls come after."""
+        """Sends everything that must precede other calls."""
         if self._bounds:
             bounds, self._bounds = self._bounds, {}
             for robot, joints in bounds.items():
@@ -140,12 +139,13 @@ class Loop(Readings):
             self.wire.call(methods.ResetJoints, request)
 
     def sent_if_playing(self) -> None:
-        """Sends the motors at once if the world plays."""
+        """Sends the motors immediately if the world plays."""
         if self.playing:
             self.flush()
 
     def flush(self) -> None:
-        """Sends the changed motors, and joints that are put elsewhere. While the world is paused, torques wait for its step."""
+        """Sends the changed motors, and pending resets of joints. While the world is paused, torques wait for
+        its step."""
         self._send_before()
         if self._waiting:
             self._with_motors(
@@ -153,7 +153,7 @@ class Loop(Readings):
             )
 
     def advance(self) -> None:
-        """One step, or the next state of a world that plays by itself."""
+        """Makes one step, or waits for the next state of a playing world."""
         if self.playing:
             self._follow()
         else:
@@ -172,13 +172,13 @@ class Loop(Readings):
                     self.take_numbers(*answer)
 
     def _follow(self) -> None:
-        """Waits for a state that is newer than the last, in a world that plays by itself."""
+        """Waits for a state that is newer than the last, in a playing world."""
         self.flush()
         request = NextJointStatesRequest(after_sequence=self.sequence, timeout=_NEXT_STATE)
         before = self.sequence
         self.take(self.wire.call(methods.NextJointStates, request).states)
         if self.sequence == before:
-            # There was no step for a second: another client may have paused the world.
+            # No step for a second: another client may have paused the world.
             self.read_state()
             if not self.playing:
                 self.advance()
@@ -193,9 +193,10 @@ class Loop(Readings):
         return self.wire.call(methods.StepSimulation, request)
 
     def _with_motors(self, call: Callable[[], Answer], with_torques: bool) -> Answer:
-        """Makes a call that has the changed motors. Those that another thread changes meanwhile go with the next one, and so do all
-        of them if this one is refused."""
-        # Marks go before motors are read, and commands mark after they have changed one: what is not read yet is marked again.
+        """Makes a call that has the changed motors. Changes by another thread meanwhile go with the next
+        call; so do all of them if this one is refused."""
+        # Marks are cleared before motors are read, and commands mark after they have changed one: an unread
+        # change is marked again.
         sending = list(self._waiting)
         for key in sending:
             self._waiting.pop(key, None)
@@ -220,7 +221,7 @@ class Loop(Readings):
         return answer
 
     def torques_acted(self, torques: Mapping[Key, Sequence[float]]) -> None:
-        """These torques of the script acted over the last step, and no others."""
+        """Sets the torques of the script over the last step, and clears all others."""
         for _, joint in self._joints(self.torques):
             joint.torque_acted(ORIGIN)
         self.torques = dict(torques)
@@ -228,15 +229,15 @@ class Loop(Readings):
             joint.torque_acted(torques[key])
 
     def _joints(self, keys: Iterable[Key]) -> Iterator[tuple[Key, BodyJoint]]:
-        """Those that are there."""
+        """Yields the existing joints of these keys."""
         for number, index in keys:
             body = self.bodies.get(number)
             if body is not None and index < len(body.joints):
                 yield (number, index), body.joints[index]
 
     def _take_torques(self, sending: Iterable[Key], with_torques: bool) -> dict[Key, Sequence[float]]:
-        """The torques among these motors, which last one step: then the motors are set again without them. Where they do not go
-        with this request, they go with the step after it."""
+        """Returns the torques among these motors, which last one step; afterwards the motors are sent again
+        without them. If they do not go with this request, they go with the step after it."""
         torques: dict[Key, Sequence[float]] = {}
         for key, joint in self._joints(sending):
             motor = joint.motor if joint.ball is None else joint.ball
@@ -255,14 +256,14 @@ class Loop(Readings):
             joint.friction_sent = value
         self.wire.call(methods.SetJointProperties, request)
 
-    # The settings.
+    # Returns the settings.
 
     def set_physics(self, request: SetPhysicsRequest) -> None:
-        """Changes only what is given."""
+        """Changes only the given settings."""
         self._learn(self.wire.call(methods.SetPhysics, request).physics)
 
     def set_time_step(self, seconds: float) -> None:
-        """Any that is positive, as in PyBullet: longer ones are several of the daemon's steps."""
+        """Sets any positive time step, as in PyBullet: a longer one is several of the daemon's steps."""
         if not 0.0 < seconds < math.inf:
             print(f"simd: a time step of {seconds:g} s is none; it stays {self.time_step:g} s", file=sys.stderr)
             return
@@ -271,7 +272,7 @@ class Loop(Readings):
         self.set_physics(SetPhysicsRequest(time_step=min(max(seconds / self.steps_at_once, _SHORTEST), _LONGEST)))
 
     def has_gravity(self, gravity: Vector) -> bool:
-        """Whether that is the gravity, as far as was seen a moment ago: scripts set it at each step."""
+        """Whether this is the gravity, as far as recently seen: scripts set it at each step."""
         return gravity == self.gravity and time.monotonic() - self._physics_at < _SEEN
 
     def read_state(self) -> None:

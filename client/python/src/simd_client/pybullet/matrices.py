@@ -22,7 +22,7 @@ from .coordinates import Array
 from .errors import error, unsupported
 from .world import World
 
-# Of `flags`: positions have a base and quaternions, as `coordinates` says.
+# Bit of `flags`: positions have a base and quaternions, see `coordinates`.
 _LONG = 1
 
 
@@ -35,9 +35,9 @@ def calculateJacobian(
     objAccelerations: Any = (),
     physicsClientId: int = 0,
 ) -> tuple[Any, Any]:
-    """The Jacobian of a point of a link, given in the link's frame: three rows for its velocity,
-    three for the link's angular velocity. A free base has six columns in front, angular and then
-    linear velocity of its centre of mass, in the base's own axes."""
+    """Returns the Jacobian of a point of a link, given in the link's frame: three rows for its velocity,
+    three for the link's angular velocity. A free base has six columns in front, angular and then linear
+    velocity of its centre of mass, in the base's own axes."""
     del objVelocities, objAccelerations
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateJacobian failed.")
@@ -57,9 +57,10 @@ def calculateJacobian(
 def calculateMassMatrix(
     bodyUniqueId: int, objPositions: Any, flags: int = 0, physicsClientId: int = 0
 ) -> Any:
-    """The joint-space inertia matrix, row by row; of a free base with six velocities in front, as
-    calculateJacobian has them. With flags 1 positions are a base's seven and then the joints', with quaternions, and rows are
-    those of a controller of DeepMimic's: linear and angular velocity of the base in world axes, and a 1 where there is none."""
+    """Returns the joint-space inertia matrix, row by row; a free base adds six velocities in front, as in
+    calculateJacobian. With flags 1, positions are a base's seven and then the joints', with quaternions. Rows
+    then fit DeepMimic's controllers: linear and angular velocity of the base in world axes, and a 1 for a
+    missing one."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateMassMatrix failed.")
     request = GetMassMatrixRequest(robot=body.robot)
@@ -70,7 +71,7 @@ def calculateMassMatrix(
         request.configuration.CopyFrom(coordinates.long(body, positions))
         change = coordinates.from_long(body, positions)
     else:
-        # As in PyBullet, what is beyond the joints' is not read, though it be the base's that comes first.
+        # As in PyBullet, excess numbers are ignored, even though the base's come first.
         positions = positions[: sum(joint.width for joint in body.joints)]
         request.configuration.CopyFrom(coordinates.short(body, positions))
         change = coordinates.from_short(body)
@@ -91,12 +92,13 @@ def calculateInverseDynamics(
     flags: int = 0,
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
-    """The efforts that give the joints these accelerations, under gravity and without contacts.
+    """Returns the efforts that produce these joint accelerations, under gravity and without contacts.
 
-    Before those of a free base's joints come its position and quaternion, six velocities and six accelerations (angular, then
-    linear of its centre of mass), and in the answer the force, then the torque; all but the pose in the base's axes. With flags 1,
-    for free bases and as calculateMassMatrix has them then, the efforts are those without any acceleration: as in PyBullet, what
-    is given is not read."""
+    A free base adds its position and quaternion, six velocities and six accelerations (angular, then linear
+    of its centre of mass) before the joints' numbers. The answer then begins with the force and the torque;
+    all but the pose are in the base's axes. With flags 1, for free bases, numbers are as in
+    calculateMassMatrix, and the efforts are without any acceleration. As in PyBullet, the given accelerations
+    are ignored."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseDynamics failed.")
     text = "Error in calculateInverseDynamics, please check arguments."
@@ -137,7 +139,7 @@ def _efforts(world: World, request: ComputeInverseDynamicsRequest, change: Array
 
 
 def _matrix(values: Iterable[float], columns: int) -> Array:
-    """From rows one after the other."""
+    """Returns a matrix from consecutive rows."""
     flat = list(values)
     rows = [flat[start : start + columns] for start in range(0, len(flat), columns)]
     return np.array(rows, np.float64)

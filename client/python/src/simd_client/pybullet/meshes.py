@@ -1,4 +1,4 @@
-"""Meshes that scripts make shapes of: files, and arrays of vertices."""
+"""Meshes for the shapes of scripts: files, and arrays of vertices."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ Vertices = NDArray[np.float64]
 
 _FORMATS = (".obj", ".stl", ".dae")
 _MOST_BYTES = 256 * 1024 * 1024
-# Of a mesh that is to be divided into convex parts; larger ones take too long.
+# Maximum number of triangles of a mesh that is divided into convex parts; larger ones take too long.
 MOST_DIVIDED = 20_000
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A mesh that the daemon gets with the first body that is made of it."""
+    """A mesh that the daemon receives with its first body."""
 
     data: bytes
-    # Under which the description of a body refers to it.
+    # URI in the description of a body.
     uri: str
     sha256: str
-    # Where it was found; empty for arrays.
+    # Path on this disk; empty for arrays.
     file: str
     # Smallest and largest coordinates of its vertices.
     lower: tuple[float, float, float]
     upper: tuple[float, float, float]
-    # It is not to be taken for its convex hull.
+    # Whether it keeps its triangles, and does not become its convex hull.
     is_concave: bool = False
-    # Of a height field: how many heights lie along x and along y, and the height that is at its origin.
+    # For a height field: number of heights along x and along y, and the height at its origin.
     samples: tuple[int, int] = (0, 0)
     middle: float = 0.0
 
 
 def read(function: str, path: Path, is_concave: bool) -> Mesh:
-    """From a file.
+    """Reads a mesh from a file.
 
     Raises:
         error: if it cannot be read, or is of no format that the daemon reads.
@@ -64,7 +64,8 @@ def read(function: str, path: Path, is_concave: bool) -> Mesh:
 
 
 def of_arrays(function: str, given: Any, triangles: Any) -> Mesh:
-    """From vertices, and three indices for each triangle; without those it is the convex hull that is meant."""
+    """Builds a mesh from vertices, and three indices for each triangle; without triangles it is the convex
+    hull."""
     points = np.array([vector(each, f"{function}: a vertex has 3 numbers") for each in given], dtype=np.float64)
     faces = whole_numbers(triangles if triangles is not None else (), f"{function}: indices must be whole numbers")
     if len(faces) % 3 or any(not 0 <= index < len(points) for index in faces):
@@ -81,8 +82,9 @@ def of_arrays(function: str, given: Any, triangles: Any) -> Mesh:
 
 
 def of_heights(function: str, given: Any, rows: int, columns: int, middle: float | None = None) -> Mesh:
-    """A height field one by one metre in size, from heights that lie `rows` along x and, one such row after the other,
-    `columns` along y. As in PyBullet it is as far above its origin as below, unless `middle` is the height there."""
+    """Builds a height field one by one metre in size. `rows` heights lie along x, and `columns` of such rows
+    along y, one after the other. As in PyBullet it is as far above its origin as below, unless `middle` is
+    the height there."""
     try:
         heights = np.asarray(() if given is None else given, dtype=np.float64).reshape(-1)
     except (TypeError, ValueError):
@@ -96,7 +98,7 @@ def of_heights(function: str, given: Any, rows: int, columns: int, middle: float
         raise error(f"{function}: heightfieldData has a value that is not a number")
     origin = float(heights.min() + heights.max()) / 2.0 if middle is None else middle
     table = heights.reshape(columns, rows) - origin
-    # The file has the greatest y first, as a picture is looked at.
+    # The file has the greatest y first, like an image.
     lines = [",".join(map(repr, row)) for row in table[::-1].tolist()]
     corners = np.array([[-0.5, -0.5, table.min()], [0.5, 0.5, table.max()]])
     made = _mesh(function, ("\n".join(lines) + "\n").encode(), ".csv", "", corners, True)
@@ -104,7 +106,7 @@ def of_heights(function: str, given: Any, rows: int, columns: int, middle: float
 
 
 def vertices(data: bytes, name: str) -> Vertices | None:
-    """The vertices of an OBJ or STL file; `None` for others and for what cannot be read."""
+    """Returns the vertices of an OBJ or STL file; `None` for others and for unreadable ones."""
     try:
         if name.lower().endswith(".obj"):
             rows = [line.split()[1:4] for line in data.splitlines() if line.lstrip().startswith(b"v ")]

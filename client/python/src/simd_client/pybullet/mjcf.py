@@ -1,4 +1,5 @@
-"""loadMJCF: the bodies of an MJCF file, as Bullet reads it, or where that says more than Bullet reads, as the daemon does."""
+"""loadMJCF: the bodies of an MJCF file. Bullet's reading applies, or the daemon's if the file has elements
+that Bullet ignores."""
 
 from __future__ import annotations
 
@@ -25,8 +26,9 @@ _REFUSAL = "Cannot load MJCF file."
 def loadMJCF(
     mjcfFileName: str, flags: int = 0, useMultiBody: int = 1, physicsClientId: int = 0
 ) -> tuple[int, ...]:
-    """Loads the bodies of an MJCF file, in its order, and returns their numbers. Of a file that says more than Bullet reads (equalities,
-    masses of geoms, what it includes) the first number is that of all that stands still. All bodies are multi-bodies."""
+    """Loads the bodies of an MJCF file, in its order, and returns their numbers. If a file has elements that
+    Bullet ignores (equalities, masses of geoms, includes), the first number is a body of everything fixed.
+    All bodies are multi-bodies."""
     del useMultiBody
     world = connected(physicsClientId)
     path = found(world, mjcfFileName, _REFUSAL)
@@ -87,7 +89,7 @@ def _spawned(world: World, model: bullet_mjcf.Model, flags: int) -> int:
 
 
 def _loaded(world: World, path: Path, flags: int) -> tuple[int, ...]:
-    """As the daemon reads it: first all that stands still, as PyBullet has a floor before what walks on it."""
+    """Loads the file like the daemon: first everything fixed, as PyBullet puts a floor before the walkers."""
     self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
     locator = BulletLocator(path, search_paths(world))
     try:
@@ -101,7 +103,7 @@ def _loaded(world: World, path: Path, flags: int) -> tuple[int, ...]:
         urdf = world.wire.file(entity.description)
         description = descriptions.read(urdf, 1.0)
         if not self_collision and len(entity.links) > 1:
-            # MuJoCo's bodies touch those of the same tree; PyBullet's do where a flag says so.
+            # MuJoCo's bodies collide within their tree; PyBullet's need a flag for that.
             change = SetCollisionFilterRequest(robot=entity.name, self_collision=False)
             world.wire.call(methods.SetCollisionFilter, change)
         number = settled(world, entity, description, urdf, files, 1.0)

@@ -4,15 +4,16 @@ PyBullet's motor is a constraint on the joint's next velocity, held by an impuls
 
     v+ = positionGain (target - q) / h + v + velocityGain (targetVelocity - v)
 
-so its gains are per step of h seconds, and v is the velocity that the joint would have if no motor acted. This is simd's servo
+So its gains are per step of h seconds, and v is the joint's velocity without any motor. This is simd's servo
 (`ServoTarget`), which the world computes anew in each substep:
 
     v+ = velocity + rate (target - q) + slip v,  rate = positionGain / h, slip = 1 - velocityGain
 
 A velocity target with a velocityGain of one has neither rate nor slip.
 
-With substeps both hold for each of them: gains are per substep of h seconds. Bullet bounds a motor's impulse by `force` times
-the whole time step, in each substep anew, so that its effort is bounded by `force` times their number.
+With substeps both hold for each of them: gains are per substep of h seconds. In each substep Bullet bounds a
+motor's impulse by `force` times the whole time step. So its effort is bounded by `force` times the number of
+substeps.
 """
 
 from __future__ import annotations
@@ -24,37 +25,38 @@ from . import constants
 
 # h damping / inertia of a motor: 1e-5 of the difference between the velocities is left after a step.
 STIFF = 1e5
-# Largest velocity of Bullet's joints until a script sets maxJointVelocity, rad/s or m/s.
+# Maximum velocity of Bullet's joints until a script sets maxJointVelocity, rad/s or m/s.
 FASTEST = 100.0
-# Values and gains that the daemon takes.
+# Maximum values and gains of the daemon.
 MOST = 1e12
 # PyBullet's motors have no limit unless a force is given; this value replaces it.
 NO_LIMIT = 100000.0
-# The motor that each joint has from the start, in N m s (or N s) per step or substep.
+# Default motor of each joint, in N m s (or N s) per step or substep.
 FIRST_IMPULSE = 1.0
 
 
 @dataclass(slots=True)
 class Motor:
-    """The settings of PyBullet's motor of one joint."""
+    """Settings of PyBullet's motor of one joint."""
 
     mode: int = constants.VELOCITY_CONTROL
     position: float = 0.0
     velocity: float = 0.0
-    # The most effort, N m or N; `None` means a new joint's impulse of 1 a step.
+    # Maximum effort, N m or N; `None` means a new joint's impulse of 1 a step.
     force: float | None = None
     position_gain: float = 0.1
     velocity_gain: float = 1.0
-    # On the way to a position, rad/s or m/s; 0 is no limit.
+    # Maximum velocity towards a position, rad/s or m/s; 0 means no limit.
     max_velocity: float = 0.0
-    # TORQUE_CONTROL, for the next step only: the sum of what was asked for since the last one.
+    # TORQUE_CONTROL, for the next step only: the sum of the torques since the last one.
     torque: float | None = None
-    # What the script gave beside position and velocity, which loops alone change; how often it gave that.
+    # Settings other than position and velocity, which loops rarely change; a count of their changes.
     given: tuple[float, float, float, float] | None = None
     revision: int = 0
 
     def limit(self, h: float, parts: int = 1) -> float:
-        """The most effort over a substep of h seconds, of which a step has `parts`. A force without a limit stays one."""
+        """Maximum effort over a substep of h seconds; a step has `parts` substeps. An unlimited force stays
+        unlimited."""
         if self.force is None:
             return FIRST_IMPULSE / h
         # The spring and damper of PD_CONTROL are a force and no impulse.
@@ -63,7 +65,8 @@ class Motor:
 
 @dataclass(frozen=True, slots=True)
 class MotorLoop:
-    """The motors that a script set together last: a loop sets the same ones again, to other positions and velocities."""
+    """The motors that a script last set together: a loop sets the same ones again, to other positions and
+    velocities."""
 
     joints: list[int]
     mode: int
@@ -83,7 +86,8 @@ class MotorLoop:
         )
 
     def set(self, positions: list[float], velocities: list[float]) -> bool:
-        """Changes those, unless there are some that the daemon does not take as they are."""
+        """Changes these motors. Returns false, and changes none, if the daemon cannot take some of them
+        unchanged."""
         if not self.motors or min(positions) < -MOST or max(positions) > MOST or min(velocities) < -MOST or max(velocities) > MOST:
             return False
         for motor, position, velocity in zip(self.motors, positions, velocities, strict=True):
@@ -100,11 +104,11 @@ def _same(given: Any, known: list[Any] | None) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A target of simd: a servo, a position's, a velocity's, or an effort's."""
+    """A target of simd: servo, position, velocity or effort."""
 
     kind: str
     value: float = 0.0
-    # A servo's velocity at its target; a position's is the one that its damper pulls towards.
+    # Velocity of a servo at its target; for a position, the velocity that its damper pulls towards.
     velocity: float = 0.0
     rate: float = 0.0
     slip: float = 0.0
@@ -113,13 +117,13 @@ class Law:
     feed_forward: float = 0.0
     max_effort: float | None = None
     max_velocity: float | None = None
-    # Dry friction beside the joint's own, N m or N.
+    # Dry friction in addition to the joint's own, N m or N.
     friction: float = 0.0
 
 
 def law(motor: Motor, inertia: float, h: float, parts: int = 1, fastest: float = FASTEST) -> Law:
-    """The target for the next step, whose `parts` substeps take `h` seconds each, of a joint whose actuator sees
-    `inertia` (kg m^2 or kg), and that is no faster than `fastest`."""
+    """Returns the target for the next step. Its `parts` substeps take `h` seconds each. The joint's actuator
+    sees `inertia` (kg m^2 or kg), and the joint is no faster than `fastest`."""
     limit = motor.limit(h, parts)
     torque = motor.torque or 0.0
     if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
@@ -129,7 +133,7 @@ def law(motor: Motor, inertia: float, h: float, parts: int = 1, fastest: float =
         return Law("effort", torque, friction=limit)
     most = None if limit >= NO_LIMIT else limit + abs(torque)
     if motor.mode == constants.PD_CONTROL:
-        # SI gains, as simd has them.
+        # Gains in SI units, as in simd.
         return Law(
             "position",
             motor.position,
