@@ -14,7 +14,7 @@ def getKeyboardEvents(physicsClientId: int = 0) -> dict[int, int]:
 
 def getMouseEvents(physicsClientId: int = 0) -> tuple[MouseEvent, ...]:
     """Returns each mouse event over the page's picture since the last call. It has 1 for a move or 2 for a
-    button, x and y in CSS pixels, the button's number (-1 for a move), and flags."""
+    button, x and y in CSS pixels, the button's number, and flags. The number is -1 for a move."""
     return connected(physicsClientId).input.mouse()
 
 

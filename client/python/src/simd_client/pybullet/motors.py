@@ -76,7 +76,7 @@ class MotorLoop:
     motors: list[Motor]
 
     def is_like(self, joints: Any, mode: int, forces: Any, position_gains: Any, velocity_gains: Any) -> bool:
-        """Whether nothing else changes."""
+        """Whether only positions and velocities change."""
         return (
             mode == self.mode
             and _same(joints, self.joints)

@@ -1,7 +1,8 @@
-"""The targets that a step takes along, in messages that are kept from step to step.
+"""Targets that a step sends, in messages that are kept from step to step.
 
-A loop sets the same motors at each step, and of each motor one number. So messages are made once; while the same motors change,
-only that number is put into them. A world in this process keeps the request, and gets numbers alone.
+A loop sets the same motors at each step, and changes one number of each motor. So messages are made once;
+while the same motors change, only that number is written. A world in this process keeps the request, and
+receives only numbers.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ Key = tuple[int, int]
 """Number of the body, index of the joint."""
 
 Friction = tuple[Body, list[tuple[BodyJoint, float]]]
-"""Joints of a body whose dry friction changes with their motors, N m or N."""
+"""Joints of a body with dry friction that changes with their motors, N m or N."""
 
 
 @dataclass(slots=True)
@@ -31,46 +32,47 @@ class _Row:
 
     joint: BodyJoint
     target: JointTarget
-    # What the target was made of, but for the number that loops change; None where it is to be made again.
+    # Inputs of the target, except the number that loops change; None if it must be made again.
     made_of: tuple[object, ...] | None = None
-    # The part that has that number: `servo`, `position`, `velocity` or `effort`.
+    # Part with that number: `servo`, `position`, `velocity` or `effort`.
     kind: str = ""
     part: Any = None
     number: float = 0.0
-    # The motor's and joint's when the target was made: as long as these are the same, only that number changes.
+    # Revisions of the motor and joint when the target was made: while these stay, only that number changes.
     revision: int = -1
     velocity: float = 0.0
     limits: JointBounds | None = None
-    # Dry friction that the motor brings, N m or N.
+    # Dry friction of the motor, N m or N.
     friction: float = 0.0
 
 
 class Outgoing:
-    """What the next step takes along."""
+    """Targets that the next step sends."""
 
     def __init__(self) -> None:
         self._request = StepSimulationRequest(steps=1, return_states=True)
-        # For steps before which no motor has changed: what is in the other one stays as it is.
+        # For steps before which no motor has changed: the contents of the other request stay.
         self._plain = StepSimulationRequest(steps=1, return_states=True)
         self._is_empty = True
-        # Numbers of rows that are not in the request yet.
+        # Whether numbers of rows are not in the request yet.
         self._is_behind = False
-        # The last targets were made anew, and not their numbers alone.
+        # Whether the last targets were made anew, and not only their numbers.
         self._is_new = True
-        # Both requests as the world keeps them, for so many steps.
+        # Both requests as the world keeps them, by number of steps.
         self._kept: KeptStep | None = None
         self._kept_plain: KeptStep | None = None
         self._kept_steps = 0
         self._keys: list[Key] = []
         self._robots: list[tuple[Body, list[_Row]]] = []
-        # Seconds of a substep, and how many a step has.
+        # Seconds of a substep, and number of substeps of a step.
         self._step = (0.0, 1)
         self._with_torques = True
-        # Whether any of the motors that were put in last has a torque for the next step.
+        # Whether any of the last added motors has a torque for the next step.
         self.has_torques = False
 
     def step(self, links: bool, contacts: bool, steps: int = 1) -> StepSimulationRequest:
-        """The request of a step with what was put in last, which answers also with states of links or with contact points."""
+        """Returns the request of a step with the last targets, which also requests states of links or contact
+        points."""
         request = self._plain if self._is_empty else self._filled()
         request.return_link_states = links
         request.return_contacts = contacts
@@ -78,11 +80,11 @@ class Outgoing:
         return request
 
     def targets(self) -> SetJointTargetsRequest:
-        """The same targets without a step."""
+        """Returns the same targets without a step."""
         return SetJointTargetsRequest(robots=() if self._is_empty else self._filled().robots)
 
     def kept(self, keep: Callable[[bytes], KeptStep], steps: int = 1) -> tuple[KeptStep, list[float]] | None:
-        """A kept step with what was put in last, and the numbers of its targets; `None` where targets are new."""
+        """Returns a kept step with the last targets, and their numbers; `None` if targets are new."""
         if steps != self._kept_steps:
             self._kept, self._kept_plain, self._kept_steps = None, None, steps
         if self._is_empty:
@@ -96,7 +98,7 @@ class Outgoing:
         return self._kept, [row.number for _, rows in self._robots for row in rows]
 
     def _filled(self) -> StepSimulationRequest:
-        """The request with the numbers of all rows."""
+        """Returns the request with the numbers of all rows."""
         if self._is_behind:
             self._is_behind = False
             for _, rows in self._robots:
@@ -117,8 +119,9 @@ class Outgoing:
         substeps: int = 1,
         with_torques: bool = True,
     ) -> list[Friction]:
-        """Puts in the targets of these motors and of no others, for steps of so many seconds and substeps, with the torques
-        for the next step or without. Returns the frictions that have to be set before they hold."""
+        """Sets the targets of these motors and of no others, with or without the torques for the next step. A
+        step takes `time_step` seconds, in `substeps` substeps. Returns the frictions that must be set before
+        they apply."""
         self.has_torques, self._with_torques = False, with_torques
         keys, step = list(waiting), (time_step / max(substeps, 1), max(substeps, 1))
         self._is_empty = not keys

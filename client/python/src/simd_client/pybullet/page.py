@@ -1,4 +1,5 @@
-"""Where a daemon's page is: the schema does not tell, so that what listens on the default port is asked who it is."""
+"""Address of a daemon's page. The schema does not report it, so the server on the default port is asked for
+its name."""
 
 from __future__ import annotations
 
@@ -11,19 +12,19 @@ from simd_client.proto import GetSimulatorInfoResponse
 
 # The daemon's default port for HTTP.
 _PORT = 7400
-# Wall seconds that a local page may take.
+# Maximum wall seconds for the answer of a local page.
 _TIMEOUT = 1.0
 _MOST_BYTES = 1 << 20
 
 
 def of(host: str, name: str) -> str | None:
-    """The address of the page at the default port of a host, if the daemon there has that name."""
+    """Returns the address of the page at the default port of a host, if the daemon there has that name."""
     address = f"http://{host}:{_PORT}"
     return address if _name(address) == name else None
 
 
 def is_there(address: str) -> bool:
-    """Whether there is a page at the address."""
+    """Whether a page exists at the address."""
     try:
         with urllib.request.urlopen(address + "/", timeout=_TIMEOUT) as answer:
             return "html" in answer.headers.get("content-type", "")
@@ -32,7 +33,7 @@ def is_there(address: str) -> bool:
 
 
 def _name(address: str) -> str | None:
-    """The name of the daemon there, by gRPC-Web: a flag, four bytes of length, a message."""
+    """Returns the name of the daemon there, by gRPC-Web: a flag, four bytes of length, a message."""
     request = urllib.request.Request(
         f"{address}/simd.v1.SimulationService/GetSimulatorInfo",
         data=bytes(5),

@@ -1,5 +1,5 @@
-"""PyBullet's pictures: colours, the depth buffer and the segmentation, as its TinyRenderer gives them. A renderer draws them, as
-`simd-camera`; without one they are empty."""
+"""PyBullet's pictures: colours, depth buffer and segmentation, in the form of its TinyRenderer. A renderer
+such as `simd-camera` draws them; without a renderer they are empty."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .errors import error
 from .window import shown_matrices
 from .world import World
 
-# Of a side of a picture.
+# Maximum size of a picture's side.
 _MOST_PIXELS = 4096
-# Of PyBullet's light where the script says nothing: towards it.
+# Direction towards PyBullet's default light.
 _LIGHT = (-50.0, 30.0, 100.0)
-# Wall seconds that a picture may take.
+# Maximum wall seconds for a picture.
 _TIMEOUT = 60.0
 
 _Picture = tuple[int, int, Any, Any, Any]
@@ -46,8 +46,9 @@ def getCameraImage(
     projectiveTextureProj: Any = None,
     physicsClientId: int = 0,
 ) -> _Picture:
-    """Width, height, colours (rows, columns, 4), the depth buffer from 0 to 1, and for each pixel the number of the body, or -1. Without matrices
-    it is what the camera of the page sees. Which renderer is asked for does not matter, nor do projected textures."""
+    """Returns width, height, colours (rows, columns, 4), the depth buffer from 0 to 1, and for each pixel the
+    number of the body, or -1. Without matrices it uses the camera of the page. The requested renderer and
+    projected textures have no effect."""
     del lightDistance, renderer, projectiveTextureView, projectiveTextureProj
     world = connected(physicsClientId)
     columns, rows = int(width), int(height)
@@ -90,14 +91,14 @@ def getCameraImage(
 
 
 def renderImage(width: int, height: int, *camera: Any) -> _Picture:
-    """The old form of getCameraImage."""
+    """Old form of getCameraImage."""
     del camera
     return getCameraImage(width, height)
 
 
 def depth_buffer(metres: npt.NDArray[np.float32], projection: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
-    """What OpenGL's depth buffer has, from 0 at the near plane to 1 at the far one and where nothing is, for depths along the optical
-    axis."""
+    """Returns OpenGL's depth buffer for depths along the optical axis: 0 at the near plane, 1 at the far one
+    and without a hit."""
     with np.errstate(invalid="ignore", divide="ignore"):
         along = -metres.astype(np.float64)
         clip = projection[2, 2] * along + projection[2, 3]
@@ -107,25 +108,26 @@ def depth_buffer(metres: npt.NDArray[np.float32], projection: npt.NDArray[np.flo
 
 
 def _bodies(world: World, seen: picture.CameraPicture, with_links: bool) -> npt.NDArray[np.int32]:
-    """PyBullet's number of the body in each pixel, and with links 2^24 times one more than that of the link."""
+    """Returns PyBullet's number of the body in each pixel; with links it adds 2^24 times the link's number
+    plus one."""
     if seen.segmentation is None:
         return np.full((seen.height, seen.width), -1, dtype=np.int32)
     count = max((robot.first_link + robot.links for robot in seen.robots), default=1)
-    # By the daemon's number of a link.
+    # PyBullet's numbers by the daemon's number of a link.
     table = np.full(count, -1, dtype=np.int32)
     bodies = {body.robot: body for body in world.bodies.values()}
     numbers = world.numbers()
     for robot in seen.robots:
         body = bodies.get(robot.robot)
         if body is None:
-            # One that another client brought since: syncBodyInfo adds it.
+            # Another client spawned it since: syncBodyInfo adds it.
             continue
         for link, link_index in body.link_indices.items():
             found = numbers.get((robot.robot, link))
             if found is not None and link_index < robot.links:
                 unique_id, index = found
                 table[robot.first_link + link_index] = unique_id + ((index + 1) << 24 if with_links else 0)
-    # What no link has the number of is nothing.
+    # A number of no link means nothing.
     known = np.where(seen.segmentation < count, seen.segmentation, 0)
     return table[known]
 
@@ -137,7 +139,7 @@ def _empty(columns: int, rows: int) -> _Picture:
 
 
 def _matrix(given: Any, usual: Any, name: str) -> list[float]:
-    """Sixteen numbers, column by column; PyBullet takes what is no matrix for none."""
+    """Returns sixteen numbers, column by column; like PyBullet it ignores an invalid matrix."""
     numbers = usual if given is None or len(given) == 0 else given
     if len(numbers) != 16:
         raise error(f"getCameraImage: {name} needs 16 numbers")

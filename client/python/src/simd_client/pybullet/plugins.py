@@ -1,4 +1,4 @@
-"""Plugins and switches within Bullet: what scripts ask for is answered as where there are none."""
+"""Plugins and switches within Bullet: functions behave as if no plugin existed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .connections import connected
 
 
 def loadPlugin(pluginPath: str, postFix: str = "", physicsClientId: int = 0) -> int:
-    """Returns -1, as PyBullet does for a plugin that it does not find: the daemon takes none."""
+    """Returns -1, as PyBullet does for an unknown plugin: the daemon accepts none."""
     del postFix
     connected(physicsClientId).say_once(f"loadPlugin: {pluginPath} is not loaded: the daemon takes no plugins")
     return -1
@@ -21,13 +21,13 @@ def executePluginCommand(
     floatArgs: Any = None,
     physicsClientId: int = 0,
 ) -> int:
-    """Returns -1, as PyBullet does for a plugin that is not there."""
+    """Returns -1, as PyBullet does for an unloaded plugin."""
     connected(physicsClientId)
     return -1
 
 
 def unloadPlugin(pluginUniqueId: int, physicsClientId: int = 0) -> None:
-    """Does nothing: no plugin is there."""
+    """Does nothing: no plugin is loaded."""
     connected(physicsClientId)
 
 

@@ -1,4 +1,4 @@
-"""Boxes, spheres, cylinders, capsules and meshes, as URDF text: what createMultiBody makes bodies of."""
+"""Boxes, spheres, cylinders, capsules and meshes, as URDF text: the shapes of createMultiBody."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
 from .meshes import Mesh
 from .rotations import compose, inverse, matrix
 
-# A plane has no end; this is where ours has one, metres.
+# Size of a plane's sides, metres; a plane of PyBullet has no end.
 _PLANE = 1000.0
 _PLANE_DEPTH = 10.0
 
@@ -28,7 +28,7 @@ class Primitive:
     mesh: Mesh | None = None
 
     def inertia(self, mass: float) -> Vector:
-        """Diagonal about the shape's centre, solid, kg m^2."""
+        """Returns the diagonal of the inertia about the solid shape's centre, kg m^2."""
         if self.kind == constants.GEOM_SPHERE:
             i = 0.4 * mass * self.size[0] ** 2
             return (i, i, i)
@@ -36,11 +36,11 @@ class Primitive:
             radius, length = self.size
             across = mass * (3.0 * radius**2 + length**2) / 12.0
             return (across, across, mass * radius**2 / 2.0)
-        # As Bullet has it: the inertia of a capsule or a mesh is that of the box around it.
+        # As in Bullet, a capsule or a mesh has the inertia of the box around it.
         return of_box(mass, *(2.0 * side for side in self.box()[1]))
 
     def box(self) -> tuple[Vector, Vector]:
-        """Centre and half sides of the box around the shape, in its own axes."""
+        """Returns centre and half sides of the box around the shape, in its own axes."""
         if self.mesh is not None:
             corners = list(zip(self.size, self.mesh.lower, self.mesh.upper, strict=True))
             x, y, z = (scale * (low + high) / 2.0 for scale, low, high in corners)
@@ -83,22 +83,22 @@ class Shapes:
     next: int = 0
 
     def add(self, shape: Sequence[Primitive]) -> int:
-        """The number of a shape of several parts."""
+        """Returns the number of a shape of several parts."""
         self.made[self.next] = tuple(shape)
         self.next += 1
         return self.next - 1
 
     def get(self, number: int) -> tuple[Primitive, ...]:
-        """The parts of a shape; empty if there is no such shape."""
+        """Returns the parts of a shape; empty for an unknown shape."""
         return self.made.get(number, ())
 
 
 def plane(normal: Vector) -> Primitive:
-    """A plane through the origin: the top of a large box."""
+    """Returns a plane through the origin: the top of a large box."""
     x, y, z = normal
     length = math.sqrt(x * x + y * y + z * z) or 1.0
     x, y, z = x / length, y / length, z / length
-    # The shortest rotation from z to the normal.
+    # Shortest rotation from z to the normal.
     if z < -1.0 + 1e-12:
         rotation: Quaternion = (1.0, 0.0, 0.0, 0.0)
     else:
@@ -113,7 +113,7 @@ def plane(normal: Vector) -> Primitive:
 
 
 def urdf(name: str, parts: Sequence[Part]) -> bytes:
-    """A robot of these parts, the base first."""
+    """Returns a robot of these parts, the base first."""
     robot = ElementTree.Element("robot", name=name)
     for part in parts:
         _link(robot, part)
@@ -137,28 +137,28 @@ def _link(robot: ElementTree.Element, part: Part) -> None:
 
 
 def _inertia(part: Part) -> Vector:
-    """Of the collision shapes, as PyBullet computes it."""
+    """Returns the inertia of the collision shapes, as PyBullet computes it."""
     shapes = part.collisions or part.visuals
     if not shapes:
-        # A point has none, and no joint could turn it: that of a ball of 1 cm.
+        # A point has no inertia, and no joint could turn it: this is the inertia of a ball of 1 cm.
         i = 0.4 * part.mass * 1e-4
         return (i, i, i)
     local = [compose(inverse(part.inertia), shape.pose) for shape in shapes]
     if len(shapes) == 1 and local[0] == (ORIGIN, UPRIGHT):
         return shapes[0].inertia(part.mass)
-    # As in Bullet, that of the box around all of them.
+    # As in Bullet, the inertia of the box around all of them.
     boxes = [box_at(pose, shape) for pose, shape in zip(local, shapes, strict=True)]
     x, y, z = (max(upper[i] for _, upper in boxes) - min(lower[i] for lower, _ in boxes) for i in range(3))
     return of_box(part.mass, x, y, z)
 
 
 def of_box(mass: float, x: float, y: float, z: float) -> Vector:
-    """The diagonal of a box with these sides."""
+    """Returns the diagonal of a box with these sides."""
     return (mass * (y * y + z * z) / 12.0, mass * (x * x + z * z) / 12.0, mass * (x * x + y * y) / 12.0)
 
 
 def box_at(pose: Pose, shape: Primitive) -> tuple[list[float], list[float]]:
-    """The box along the axes around a shape at a pose."""
+    """Returns the box along the axes around a shape at a pose."""
     center, half = shape.box()
     at = compose(pose, (center, UPRIGHT))[0]
     if shape.kind == constants.GEOM_SPHERE:
@@ -208,7 +208,7 @@ def _origin(parent: ElementTree.Element, pose: Pose) -> None:
 
 
 def rpy(turn: Quaternion) -> Vector:
-    """Roll, pitch and yaw of URDF, also for a pitch of 90 degrees."""
+    """Returns roll, pitch and yaw of URDF, also for a pitch of 90 degrees."""
     m = matrix(turn)
     pitch = math.asin(max(-1.0, min(1.0, -m[2][0])))
     if abs(m[2][0]) > 1.0 - 1e-12:

@@ -1,4 +1,4 @@
-"""The settings of a world after the script that found it unused."""
+"""Restores the settings of a world after a script that found it unused."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ _SURFACES = {
 
 
 def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
-    """Puts back the settings that a script found, and whether the world played; `None` for the guest of others. Where
-    robots are there, which live by the script's settings, says what stays."""
+    """Restores the settings that a script found, and whether the world played; `None` for the guest of
+    others. If remaining robots depend on the script's settings, it reports the settings that stay."""
     if found is None:
         return
     ours, (before, played) = world.physics, found
@@ -41,7 +41,7 @@ def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
     except error as problem:
         if problem.reason:
             raise
-        # A daemon that is gone has no settings.
+        # A daemon that has ended has no settings.
         return
     now = world.physics
     changed = differing(now, before)
@@ -54,19 +54,19 @@ def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
             )
         return
     if changed:
-        # What another client has set since then stays.
+        # Settings that another client has set since then stay.
         world.set_physics(settings(before, [name for name in changed if getattr(now, name) == getattr(ours, name)]))
     if played and not world.playing:
         world.play(True)
 
 
 def differing(one: Physics, other: Physics) -> list[str]:
-    """Names of the settings that a script changes and that are not equal."""
+    """Returns names of the settings that a script changes and that differ."""
     return [name for name in _NAMES if getattr(one, name) != getattr(other, name)]
 
 
 def settings(physics: Physics, names: Iterable[str]) -> SetPhysicsRequest:
-    """A change to these settings of a world."""
+    """Returns a change to these settings of a world."""
     request = SetPhysicsRequest()
     for name in names:
         if name == "gravity":

@@ -12,7 +12,7 @@ from .rotations import conjugate, cross, rotate
 from .world import World
 
 NOTHING = (0.0,) * 6
-"""What a joint without a sensor says."""
+"""Reading of a joint without a sensor."""
 
 
 def enableJointForceTorqueSensor(
@@ -27,8 +27,9 @@ def enableJointForceTorqueSensor(
 
 
 def reaction(world: World, body: Body, states: AnyJointStates, index: int) -> tuple[float, ...]:
-    """Of the parent on the child, as PyBullet reports it: in the axes of the child's inertia, about its
-    centre of mass, and without what the motor does along the axis. Zeros if the sensor is off."""
+    """Returns the reaction of the parent on the child, as PyBullet reports it. It is in the axes of the
+    child's inertia, about its centre of mass, and without the motor's effort along the axis. Zeros if the
+    sensor is off."""
     joint = body.joints[index]
     if not joint.sensor:
         return NOTHING

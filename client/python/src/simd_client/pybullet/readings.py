@@ -1,4 +1,4 @@
-"""A cache of the states that a script reads: each is fetched once per step."""
+"""Cache of the states that a script reads: each is fetched once per step."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ State = TypeVar("State")
 
 
 class _Numbers(NamedTuple):
-    """What is read of `RobotJointStates`, without a message."""
+    """Values of `RobotJointStates`, without a message."""
 
     robot: str
     layout_version: int
@@ -53,44 +53,44 @@ class _Numbers(NamedTuple):
 AnyJointStates = RobotJointStates | _Numbers
 
 JointValues = tuple[list[float], list[float], list[float]]
-"""Positions, velocities and efforts of motors of a robot's joints, each with a 0 after the last, which is what a joint without a
-value has. As in PyBullet, a torque of the script is no effort of the motor's, and with substeps an effort is divided by their
-number."""
+"""Positions, velocities and efforts of motors of a robot's joints. Each has a 0 after the last, for joints
+without a value. As in PyBullet, a motor's effort excludes the script's torque; with substeps it is divided by
+their number."""
 
-# How many steps include the states of links, and contact points, after a script has read any.
+# Number of steps that include the states of links, and contact points, after a script has read any.
 _LINKS_FOR = 16
 
 
 class Readings:
-    """Copies of the newest states. Those of a paused world are valid until the next step or another change
-    by the script; those of a world that plays are fetched again, or were published."""
+    """Copies of the newest states. In a paused world they are valid until the next step or another change by
+    the script. In a playing world they are fetched again, or were published."""
 
     def __init__(self, wire: Wire) -> None:
         self.wire = wire
-        # Steps come by themselves.
+        # Whether the world makes steps automatically.
         self.playing = False
-        # The next state must be newer than this.
+        # Sequence; the next state must be newer.
         self.sequence = 0
         self.sim_time = 0.0
-        # As the script gave them: 0 is one, as 1 is.
+        # The script's value: 0 is one substep, like 1.
         self.substeps = 0
         self._joint_states: dict[str, AnyJointStates] | None = None
-        # The numbers of those that were read, by robot, with the message that they are of.
+        # Extracted numbers of read states, by robot, with their message.
         self._joint_values: dict[str, tuple[AnyJointStates, JointValues]] = {}
         self._link_poses: dict[str, RobotLinkPoses] = {}
         self._link_states: dict[str, RobotLinkStates] = {}
         self._roots: dict[str, Root] = {}
         self._reactions: dict[str, GetJointReactionsResponse] = {}
         self._properties: dict[str, GetLinkPropertiesResponse] = {}
-        # Of all robots; None if they are to be asked for.
+        # Contact points of all robots; None if they must be requested.
         self._contacts: list[Contact] | None = None
-        # How many more steps include the states of links, because the script has read some.
+        # Number of further steps that include the states of links, because the script has read some.
         self._links_for = 0
-        # Something was put elsewhere since the last step, and the script has asked for what touches now.
+        # Whether something was moved since the last step, and whether the script has then asked for contacts.
         self._is_moved = self.is_detected = False
-        # The same for contact points.
+        # Number of further steps that include contact points.
         self._contacts_for = 0
-        # Joint states of a world that plays arrive by themselves.
+        # Joint states of a playing world arrive without requests.
         self._publishes = False
         self._watching = False
 
@@ -102,7 +102,8 @@ class Readings:
             self.wire.watch_states()
 
     def joint_states(self, body: Body) -> AnyJointStates:
-        """Of the newest step, or the current one if something else has changed or the world plays."""
+        """Returns the states of the newest step, or the current ones if something else has changed or the
+        world plays."""
         if self._joint_states is None:
             self.take(self._ask_joint_states())
         elif self.playing:
@@ -113,12 +114,12 @@ class Readings:
         return states
 
     def joint_values(self, body: Body) -> JointValues:
-        """The numbers of `joint_states`."""
+        """Returns the numbers of `joint_states`."""
         states = self.joint_states(body)
         known = self._joint_values.get(body.robot)
         if known is not None and known[0] is states:
             return known[1]
-        # Lists: to take one number out of a message's takes as long as to take all of them at once.
+        # Lists: extracting one number of a message costs as much as extracting all of them at once.
         values = [*states.position, 0.0], [*states.velocity, 0.0], [*states.effort, 0.0]
         for joint in body.joints:
             if joint.torque_sent:
@@ -132,7 +133,7 @@ class Readings:
         return self.wire.call(methods.GetJointStates, GetJointStatesRequest()).states
 
     def _take_published(self, body: Body) -> None:
-        """The states that were published last, or fetched if none were published."""
+        """Stores the last published states, or fetches them if none were published."""
         published = self.wire.published(body.robot)
         if published is None:
             if self._publishes:
@@ -144,7 +145,7 @@ class Readings:
                 self._joint_states[robot.robot] = robot
 
     def reactions(self, body: Body) -> GetJointReactionsResponse:
-        """The joint reactions of a body over the newest step."""
+        """Returns the joint reactions of a body over the newest step."""
         found = None if self.playing else self._reactions.get(body.robot)
         if found is None:
             found = self.wire.call(methods.GetJointReactions, GetJointReactionsRequest(robot=body.robot))
@@ -154,7 +155,7 @@ class Readings:
         return found
 
     def link_properties(self, body: Body) -> GetLinkPropertiesResponse:
-        """Surfaces of a body's links."""
+        """Returns surfaces of a body's links."""
         found = self._properties.get(body.robot)
         if found is None:
             found = self.wire.call(methods.GetLinkProperties, GetLinkPropertiesRequest(robot=body.robot))
@@ -162,18 +163,18 @@ class Readings:
         return found
 
     def forget_properties(self, body: Body) -> None:
-        """They were changed."""
+        """Marks the surfaces as changed."""
         self._properties.pop(body.robot, None)
 
     def contacts(self) -> list[Contact]:
-        """All contact points of the newest step."""
+        """Returns all contact points of the newest step."""
         self._contacts_for = _LINKS_FOR
         if self.playing or self._contacts is None:
             self._contacts = list(self.wire.call(methods.GetContacts, GetContactsRequest()).contacts)
         return self._contacts
 
     def link_poses(self, body: Body) -> RobotLinkPoses | RobotLinkStates:
-        """Poses of a body's links: of the newest step, as `joint_states`."""
+        """Returns poses of a body's links, of the newest step, as `joint_states`."""
         self._links_for = _LINKS_FOR
         states = None if self.playing else self._link_states.get(body.robot)
         if states is not None:
@@ -184,7 +185,7 @@ class Readings:
         return _of(self._link_poses, body)
 
     def link_states(self, body: Body) -> RobotLinkStates:
-        """Poses and velocities of a body's links: of the newest step, as `joint_states`."""
+        """Returns poses and velocities of a body's links, of the newest step, as `joint_states`."""
         self._links_for = _LINKS_FOR
         if self.playing or not self._link_states:
             answer = self.wire.call(methods.GetLinkStates, GetLinkStatesRequest())
@@ -192,7 +193,7 @@ class Readings:
         return _of(self._link_states, body)
 
     def root(self, body: Body) -> Root:
-        """Pose and velocities of a body's root: of the newest step, as `joint_states`."""
+        """Returns pose and velocities of a body's root, of the newest step, as `joint_states`."""
         self._links_for = _LINKS_FOR
         state = None if self.playing else self._roots.get(body.robot)
         if state is None:
@@ -223,13 +224,13 @@ class Readings:
         return self._contacts_for > 0
 
     def forget_states(self) -> None:
-        """Marks the states as old: something changed other than by a step."""
+        """Marks the states as old: something changed without a step."""
         self._joint_states = None
         self._is_moved, self.is_detected = True, False
         self._forget_rest()
 
     def detect(self) -> None:
-        """From now until the next step or change, contacts are those of the poses as they are."""
+        """Makes contacts belong to the current poses, until the next step or change."""
         self.is_detected = self._is_moved
 
     def _forget_rest(self) -> None:
@@ -238,7 +239,8 @@ class Readings:
         self._properties = {}
 
     def take_step(self, answer: StepSimulationResponse) -> None:
-        """A step's answer: joint states of all robots, and those of links and contact points if they were requested."""
+        """Stores a step's answer: joint states of all robots, and the requested states of links and contact
+        points."""
         self.take(answer.states)
         if self._contacts_for > 0:
             self._contacts = list(answer.contacts)
@@ -248,11 +250,11 @@ class Readings:
             self._links_for -= 1
 
     def take_numbers(self, sequence: int, sim_time: float, robots: Sequence[RobotNumbers]) -> None:
-        """The same of a step whose answer is joint states alone."""
+        """Stores a step's answer that has only joint states."""
         self._take(sequence, sim_time, {robot[0]: _Numbers._make(robot) for robot in robots})
 
     def take(self, states: JointStates) -> None:
-        """States of all robots arrived: those are the newest."""
+        """Stores arrived states of all robots as the newest."""
         stamp = states.stamp
         self._take(stamp.sequence, stamp.sim_time, {robot.robot: robot for robot in states.robots})
 
@@ -265,7 +267,7 @@ class Readings:
 
 
 def _of(found: Mapping[str, State], body: Body) -> State:
-    """The last states of a body."""
+    """Returns the last states of a body."""
     state = found.get(body.robot)
     if state is None:
         raise error(f"the robot {body.robot} is gone")

@@ -1,4 +1,4 @@
-"""Fixes or frees the base of a robot that is in the world: it is spawned again, in place."""
+"""Fixes or frees the base of an existing robot by spawning it again, in place."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .world import World
 
 
 def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, urdf: bytes | None = None) -> None:
-    """A base is fixed or free from the spawn on. Joints keep positions and velocities, and the base begins at rest.
-    `pose` is world_from_root, `urdf` another description."""
+    """Spawns a robot again, since a base is fixed or free from the spawn on. Joints keep positions and
+    velocities, and the base begins at rest. `pose` is world_from_root, `urdf` another description."""
     text = urdf or body.urdf
     if text is None:
         raise unsupported(function, "only robots that this script loaded can be fixed or freed")
@@ -37,7 +37,7 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
         divided=body.divided,
     )
     entity = world.wire.spawn(DescriptionSource(urdf=text, assets=body.files), spawn)
-    # As in PyBullet, whatever groups the base was in before.
+    # As in PyBullet, regardless of the base's earlier groups.
     adapt = filters.of_the_world if fixed else filters.of_what_moves
     body.surfaces[body.base_link] = adapt(body.surfaces.get(body.base_link, Surface()))
     world.replaced(body, entity, body.frames, text)

@@ -1,8 +1,8 @@
-"""What a script goes on with after restoreState.
+"""State of a script after restoreState.
 
-PyBullet brings back where all is, how it moves, and what touches. Motors, settings of the world, masses, surfaces, limits and
-constraints are those of the moment before the call. The daemon brings back all of it, so what is to stay is set again where it
-differs: what is equal goes on to the bit.
+PyBullet restores poses, velocities and contacts. Motors, settings of the world, masses, surfaces, limits and
+constraints keep their values of the moment before the call. The daemon restores all of it, so those are set
+again where they differ; equal ones stay equal to the bit.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Saved:
-    """What a script had said when it saved a state: after a restore only what differs is sent."""
+    """Commands of a script up to a saved state: after a restore only differences are sent."""
 
-    # By body, and then by link.
+    # Surfaces by body, and then by link.
     surfaces: Mapping[int, Mapping[str, Surface]]
     # Pairs of links that were switched off or on.
     pairs: Mapping[Pair, bool]
-    # Of TORQUE_CONTROL over the last step.
+    # TORQUE_CONTROL over the last step.
     torques: Mapping[Key, Sequence[float]]
 
 
@@ -45,13 +45,13 @@ _NOTHING = Saved({}, {}, {})
 
 
 def remember(world: World) -> Saved:
-    """What the script has said by now."""
+    """Returns the script's commands so far."""
     surfaces = {number: dict(body.surfaces) for number, body in world.bodies.items() if body.own}
     return Saved(surfaces, dict(world.pairs), dict(world.torques))
 
 
 def restore(world: World, name: str) -> None:
-    """Goes back to the daemon's saved state of that name. Robots are those of the state.
+    """Restores the daemon's saved state with that name. Robots are those of the state.
 
     Raises:
         error: if there is none.
@@ -78,12 +78,13 @@ def restore(world: World, name: str) -> None:
     for number in {pair[0][0] for pair in switched}:
         filters.put(world, number)
     _put_constraints(world, constraints)
-    # A target that is the daemon's already changes nothing.
+    # A target that the daemon has already changes nothing.
     world.retune()
 
 
 def _put_model(world: World, before: Body, now: Body) -> Body:
-    """Loads a body again whose masses or shapes the script has changed since, or whether its base is fixed."""
+    """Loads a body again if the script has changed its masses or shapes since, or whether its base is
+    fixed."""
     if before.urdf is None or (before.fixed == now.fixed and _is_same(before, now)):
         return now
     if before.fixed != now.fixed:
@@ -102,13 +103,13 @@ def _is_same(before: Body, now: Body) -> bool:
 
 
 def _put_surfaces(world: World, before: Body, now: Body, saved: Saved) -> None:
-    # One that is loaded again gets them with that.
+    # A reload sets them too.
     then = saved.surfaces.get(before.unique_id, {}) if now is before else now.surfaces
     world.set_surfaces(now, {link: each for link, each in before.surfaces.items() if then.get(link) != each})
 
 
 def _put_joints(world: World, before: Body, now: Body) -> None:
-    """Damping and limits. What dry friction the daemon has is known then too."""
+    """Restores damping and limits. Afterwards the daemon's dry friction is known too."""
     if all(joint.width != 1 for joint in now.joints):
         return
     layout = world.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=now.robot)).layout
@@ -131,13 +132,13 @@ def _put_joints(world: World, before: Body, now: Body) -> None:
 
 
 def _constraints(world: World) -> dict[str, proto.Constraint]:
-    """The daemon's, by name."""
+    """Returns the daemon's constraints, by name."""
     answer = world.wire.call(methods.ListConstraints, proto.ListConstraintsRequest())
     return {each.name: each for each in answer.constraints}
 
 
 def _put_constraints(world: World, before: Mapping[str, proto.Constraint]) -> None:
-    """Lets go what the script had let go since, makes again what it had made, and as it had changed it."""
+    """Deletes the constraints that the script had deleted since, and creates or changes the others again."""
     there = _constraints(world)
     own = {body.robot for body in world.bodies.values() if body.own}
     for name, each in there.items():
@@ -164,7 +165,8 @@ def _make_again(world: World, made: Constraint, wanted: proto.Constraint) -> Non
         setattr(request, name, _limit(wanted, name))
     if made.kind == constants.JOINT_GEAR:
         request.ratio = wanted.ratio
-        # Bullet's gear keeps velocities: it goes on from where its joints are, unless the script asked for a position.
+        # Bullet's gear keeps velocities: it continues from its joints' positions, unless the script asked for
+        # a position.
         if made.offset:
             request.offset = wanted.offset
     world.wire.call(methods.CreateConstraint, request)

@@ -1,8 +1,8 @@
 """PyBullet's pure functions on quaternions (x y z w) and transforms.
 
-Bullet's formulas, in double precision throughout; PyBullet itself computes all but the
-three conversions of Euler angles and matrices in single precision. Quaternions that are
-not of length one are treated as PyBullet treats them: function by function.
+They use Bullet's formulas, in double precision throughout. PyBullet computes all but the three conversions of
+Euler angles and matrices in single precision. Quaternions that are not of length one are treated as in
+PyBullet, function by function.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import Any
 from .arguments import Pose, Quaternion, Vector, quaternion, vector
 
 Matrix = tuple[Vector, Vector, Vector]
-# Smaller than this is no rotation, as in Bullet's single precision.
+# Smaller angles mean no rotation, as in Bullet's single precision.
 _EPSILON = 1.1920929e-07
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """a b: first b, then a."""
+    """Returns a b: first b, then a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -30,13 +30,13 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def conjugate(q: Quaternion) -> Quaternion:
-    """The inverse of a unit quaternion."""
+    """Returns the inverse of a unit quaternion."""
     x, y, z, w = q
     return (-x, -y, -z, w)
 
 
 def matrix(q: Quaternion) -> Matrix:
-    """The rotation of a quaternion of any length but zero."""
+    """Returns the rotation of a quaternion of any nonzero length."""
     x, y, z, w = q
     length = x * x + y * y + z * z + w * w
     s = 2.0 / length if length > 0.0 else 0.0
@@ -48,7 +48,7 @@ def matrix(q: Quaternion) -> Matrix:
 
 
 def from_matrix(m: Matrix) -> Quaternion:
-    """The unit quaternion of a rotation, with Bullet's choice of its sign."""
+    """Returns the unit quaternion of a rotation, with Bullet's choice of its sign."""
     trace = m[0][0] + m[1][1] + m[2][2]
     if trace > 0.0:
         s = math.sqrt(trace + 1.0)
@@ -67,13 +67,13 @@ def from_matrix(m: Matrix) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector) -> Vector:
-    """v rotated by q."""
+    """Returns v rotated by q."""
     m = matrix(q)
     return turned(m, v)
 
 
 def turned(m: Matrix, v: Vector) -> Vector:
-    """m v."""
+    """Returns m v."""
     return (
         m[0][0] * v[0] + m[0][1] * v[1] + m[0][2] * v[2],
         m[1][0] * v[0] + m[1][1] * v[1] + m[1][2] * v[2],
@@ -82,26 +82,26 @@ def turned(m: Matrix, v: Vector) -> Vector:
 
 
 def compose(a: Pose, b: Pose) -> Pose:
-    """a_from_c of a_from_b and b_from_c; unit quaternions stay as they are multiplied."""
+    """Returns a_from_c of a_from_b and b_from_c; unit quaternions keep their length."""
     moved = rotate(a[1], b[0])
     position = (a[0][0] + moved[0], a[0][1] + moved[1], a[0][2] + moved[2])
     return position, product(a[1], b[1])
 
 
 def inverse(a: Pose) -> Pose:
-    """b_from_a of a_from_b, of a unit quaternion."""
+    """Returns b_from_a of a_from_b, for a unit quaternion."""
     back = conjugate(a[1])
     x, y, z = rotate(back, a[0])
     return (-x, -y, -z), back
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """a x b."""
+    """Returns a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Of URDF's fixed-axis angles."""
+    """Returns the rotation of URDF's fixed-axis angles."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
     cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
@@ -112,13 +112,13 @@ def from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def getQuaternionFromEuler(eulerAngles: Any, physicsClientId: int = 0) -> Quaternion:
-    """Roll, pitch, yaw about fixed axes, as in URDF, to x y z w."""
+    """Converts roll, pitch, yaw about fixed axes, as in URDF, to x y z w."""
     del physicsClientId
     return from_euler(*vector(eulerAngles, "Euler angles need a 3 coordinates [roll, pitch, yaw]."))
 
 
 def getEulerFromQuaternion(quaternion: Any, physicsClientId: int = 0) -> Vector:
-    """x y z w to roll, pitch, yaw about fixed axes, as in URDF."""
+    """Converts x y z w to roll, pitch, yaw about fixed axes, as in URDF."""
     del physicsClientId
     x, y, z, w = _quaternion(quaternion, "Quaternion need a 4 components [x,y,z,w].")
     sarg = -2.0 * (x * z - w * y)
@@ -135,7 +135,7 @@ def getEulerFromQuaternion(quaternion: Any, physicsClientId: int = 0) -> Vector:
 
 
 def getMatrixFromQuaternion(quaternion: Any, physicsClientId: int = 0) -> tuple[float, ...]:
-    """Nine numbers, row by row."""
+    """Returns nine numbers, row by row."""
     del physicsClientId
     m = matrix(_quaternion(quaternion, "Couldn't convert quaternion [x,y,z,w]."))
     return (*m[0], *m[1], *m[2])
@@ -144,7 +144,7 @@ def getMatrixFromQuaternion(quaternion: Any, physicsClientId: int = 0) -> tuple[
 def multiplyTransforms(
     positionA: Any, orientationA: Any, positionB: Any, orientationB: Any, physicsClientId: int = 0
 ) -> Pose:
-    """a_from_c of a_from_b and b_from_c."""
+    """Returns a_from_c of a_from_b and b_from_c."""
     del physicsClientId
     text = "Invalid input: expected positionA [x,y,z], orientationA [x,y,z,w], positionB, orientationB."
     a = (vector(positionA, text), _quaternion(orientationA, text))
@@ -154,7 +154,7 @@ def multiplyTransforms(
 
 
 def invertTransform(position: Any, orientation: Any, physicsClientId: int = 0) -> Pose:
-    """b_from_a of a_from_b."""
+    """Returns b_from_a of a_from_b."""
     del physicsClientId
     text = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
     origin, turn = inverse((vector(position, text), _quaternion(orientation, text)))
@@ -162,14 +162,14 @@ def invertTransform(position: Any, orientation: Any, physicsClientId: int = 0) -
 
 
 def getDifferenceQuaternion(quaternionStart: Any, quaternionEnd: Any, physicsClientId: int = 0) -> Quaternion:
-    """The rotation from the start to the end."""
+    """Returns the rotation from the start to the end."""
     del physicsClientId
     start, end = _pair(quaternionStart, quaternionEnd)
     return _difference(start, end)
 
 
 def getAxisAngleFromQuaternion(quaternion: Any, physicsClientId: int = 0) -> tuple[Vector, float]:
-    """The axis, and the angle about it in 0 to 2 pi."""
+    """Returns the axis, and the angle about it in 0 to 2 pi."""
     del physicsClientId
     q = _quaternion(quaternion, "Quaternion need a 4 components [x,y,z,w].")
     x, y, z, w = q
@@ -181,7 +181,7 @@ def getAxisAngleFromQuaternion(quaternion: Any, physicsClientId: int = 0) -> tup
 
 
 def getQuaternionFromAxisAngle(axis: Any, angle: float, physicsClientId: int = 0) -> Quaternion:
-    """Of an axis of any length; no axis is x."""
+    """Returns the rotation about an axis of any length; a zero axis means x."""
     del physicsClientId
     x, y, z = vector(axis, "Require axis [x,y,z] and angle.")
     length = math.sqrt(x * x + y * y + z * z)
@@ -192,7 +192,7 @@ def getQuaternionFromAxisAngle(axis: Any, angle: float, physicsClientId: int = 0
 
 
 def getAxisDifferenceQuaternion(quaternionStart: Any, quaternionEnd: Any, physicsClientId: int = 0) -> Vector:
-    """The difference as angles about x, y and z."""
+    """Returns the difference as angles about x, y and z."""
     del physicsClientId
     start, end = _pair(quaternionStart, quaternionEnd)
     m = matrix(product(conjugate(start), end))
@@ -210,7 +210,7 @@ def getAxisDifferenceQuaternion(quaternionStart: Any, quaternionEnd: Any, physic
 def calculateVelocityQuaternion(
     quaternionStart: Any, quaternionEnd: Any, deltaTime: float, physicsClientId: int = 0
 ) -> Vector:
-    """The angular velocity from the start to the end, rad/s."""
+    """Returns the angular velocity from the start to the end, rad/s."""
     del physicsClientId
     start, end = _pair(quaternionStart, quaternionEnd)
     turn = _difference(start, end)
@@ -224,7 +224,7 @@ def calculateVelocityQuaternion(
 def getQuaternionSlerp(
     quaternionStart: Any, quaternionEnd: Any, interpolationFraction: float, physicsClientId: int = 0
 ) -> Quaternion:
-    """Between the two, along the shorter way: 0 is the start, 1 the end."""
+    """Interpolates between the two, along the shorter way: 0 is the start, 1 the end."""
     del physicsClientId
     start, end = _pair(quaternionStart, quaternionEnd)
     magnitude = math.sqrt(sum(a * a for a in start) * sum(b * b for b in end))
@@ -245,7 +245,7 @@ def getQuaternionSlerp(
 
 
 def rotateVector(quaternion: Any, vector: Any, physicsClientId: int = 0) -> Vector:
-    """The vector rotated by the quaternion."""
+    """Returns the vector rotated by the quaternion."""
     del physicsClientId
     text = "Require quaternion with 4 components [x,y,z,w] and a vector [x,y,z]."
     x, y, z, w = _quaternion(quaternion, text)

@@ -1,4 +1,4 @@
-"""Shapes of robots as the daemon has them: what is drawn, what touches, and the boxes around it."""
+"""Shapes of robots from the daemon: visuals, collision shapes, and their bounding boxes."""
 
 from __future__ import annotations
 
@@ -28,16 +28,17 @@ from .world import World
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 # PyBullet's box around a plane.
 _ENDLESS = 1e30
-# Of a box that is asked about, metres.
+# Minimum size of a queried box, metres.
 _THINNEST = 1e-9
-# Bullet's number for a shape that it has none for.
+# Bullet's number for a shape without one.
 _UNKNOWN = 10
-# With this flag a shape has the number of its texture too.
+# With this flag a shape also has the number of its texture.
 _TEXTURES = constants.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS
 
 
 def getVisualShapeData(objectUniqueId: int, flags: int = 0, physicsClientId: int = 0) -> tuple[tuple[Any, ...], ...]:
-    """What is drawn of a body: body, link, kind, sizes, file, position and rotation in the link's frame, colour."""
+    """Returns the visuals of a body: body, link, kind, sizes, file, position and rotation in the link's
+    frame, colour."""
     world = connected(physicsClientId)
     body = world.bodies.get(objectUniqueId)
     if body is None:
@@ -57,7 +58,8 @@ def getVisualShapeData(objectUniqueId: int, flags: int = 0, physicsClientId: int
 def getCollisionShapeData(
     objectUniqueId: int, linkIndex: int, physicsClientId: int = 0
 ) -> tuple[tuple[Any, ...], ...]:
-    """What a link touches with: body, link, kind, sizes, file, position and rotation in the frame of the link's inertia."""
+    """Returns the collision shapes of a link: body, link, kind, sizes, file, position and rotation in the
+    frame of the link's inertia."""
     world = connected(physicsClientId)
     refusal = "Error receiving collision shape info"
     body = world.body(objectUniqueId, refusal)
@@ -73,7 +75,7 @@ def getCollisionShapeData(
 
 
 def getAABB(bodyUniqueId: int, linkIndex: int = -1, physicsClientId: int = 0) -> tuple[Vector, Vector]:
-    """The corners of the box along the world's axes around the shapes that a link touches with."""
+    """Returns the corners of the box along the world's axes around a link's collision shapes."""
     world = connected(physicsClientId)
     refusal = "getAABB failed."
     body = world.body(bodyUniqueId, refusal)
@@ -86,7 +88,7 @@ def getAABB(bodyUniqueId: int, linkIndex: int = -1, physicsClientId: int = 0) ->
             return (least.x, least.y, least.z), (most.x, most.y, most.z)
     if any(shape.WhichOneof("geometry") == "plane" for shape in _shapes(world, body, name)):
         return (-_ENDLESS, -_ENDLESS, -_ENDLESS), (_ENDLESS, _ENDLESS, _ENDLESS)
-    # As in PyBullet, a point: also where the file of its mesh is missing.
+    # As in PyBullet, a point, also for a missing mesh file.
     place, _ = compose(link_pose(body, world.link_poses(body), name), body.frame(name))
     return place, place
 
@@ -94,14 +96,14 @@ def getAABB(bodyUniqueId: int, linkIndex: int = -1, physicsClientId: int = 0) ->
 def getOverlappingObjects(
     aabbMin: Any, aabbMax: Any, physicsClientId: int = 0
 ) -> tuple[tuple[int, int], ...] | None:
-    """Body and link of all whose boxes meet a box; `None` for none."""
+    """Returns body and link of all whose boxes meet a box; `None` for none."""
     world = connected(physicsClientId)
     lower = vector(aabbMin, "aabbMin needs 3 numbers")
     upper = vector(aabbMax, "aabbMax needs 3 numbers")
     if any(b < a for a, b in zip(lower, upper, strict=True)):
         return None
     middle = [(a + b) / 2.0 for a, b in zip(lower, upper, strict=True)]
-    # The daemon takes no box without a volume.
+    # The daemon refuses a box without a volume.
     size = [max(b - a, _THINNEST) for a, b in zip(lower, upper, strict=True)]
     request = FindOverlapsRequest(
         shape=QueryShape(box=BoxGeometry(size=Vector3(x=size[0], y=size[1], z=size[2]))),
@@ -114,7 +116,7 @@ def getOverlappingObjects(
 
 
 def _scene(world: World, body: Body) -> Any:
-    """The scene of a robot, which changes only with its layout."""
+    """Returns the scene of a robot, which changes only with its layout."""
     kept = world.scenes.get(body.robot)
     if kept is None or kept.layout_version != body.layout_version:
         answer = world.wire.call(methods.GetScene, GetSceneRequest(robots=[body.robot]))
@@ -125,7 +127,7 @@ def _scene(world: World, body: Body) -> Any:
 
 
 def _numbers(body: Body) -> dict[int, int]:
-    """PyBullet's link number by the daemon's index of the link."""
+    """Returns PyBullet's link number by the daemon's index of the link."""
     numbers = {body.link_indices[body.base_link]: -1} if body.base_link else {}
     return {**numbers, **{body.link_indices[joint.link]: number for number, joint in enumerate(body.joints)}}
 
@@ -141,7 +143,7 @@ def _pose(shape: Shape) -> Pose:
 
 
 def _geometry(body: Body, shape: Shape, drawn: bool) -> tuple[int, Vector, bytes]:
-    """Kind, sizes and file in PyBullet's form."""
+    """Returns kind, sizes and file in PyBullet's form."""
     kind = shape.WhichOneof("geometry")
     if kind == "box":
         size = shape.box.size

@@ -1,7 +1,7 @@
-"""loadSDF: the models of an SDF file as URDF, as far as Bullet reads them.
+"""loadSDF: converts the models of an SDF file to URDF, as far as Bullet reads them.
 
-A joint's frame is that of its child link, as Bullet takes it: a pose of the joint itself is not read. Nor are lights, plugins,
-nested models, and what is about Gazebo's own physics.
+A joint's frame is its child link's frame, as in Bullet: the joint's own pose is ignored. Lights, plugins,
+nested models, and settings of Gazebo's physics are ignored too.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ class Model:
     # world_from_root.
     pose: Pose
     fixed: bool
-    # That its lengths are multiplied by.
+    # Factor of its lengths.
     scale: float
-    # What the script's disk has, by the name in the URDF.
+    # Files on the script's disk, by the name in the URDF.
     files: dict[str, Path] = field(default_factory=dict[str, Path])
 
 
@@ -139,7 +139,7 @@ def _link(world: World, path: Path, model: Model, urdf: ElementTree.Element, lin
 def _geometry(
     world: World, path: Path, model: Model, geometry: ElementTree.Element | None
 ) -> tuple[ElementTree.Element, Pose] | None:
-    """The shape as URDF has it, and where it is in its own frame."""
+    """Returns the shape as URDF, and its pose in its frame."""
     shape = next(iter(geometry), None) if geometry is not None else None
     if shape is None:
         return None
@@ -151,7 +151,7 @@ def _geometry(
     if shape.tag == "box":
         ElementTree.SubElement(made, "box", size=text("size", "1 1 1"))
     elif shape.tag == "sphere":
-        # The daemon scales it; in an SDF Bullet leaves a sphere's radius as it is.
+        # The daemon scales it; in an SDF Bullet leaves a sphere's radius unchanged.
         ElementTree.SubElement(made, "sphere", radius=repr(float(text("radius", "1")) / model.scale))
     elif shape.tag in ("cylinder", "capsule"):
         ElementTree.SubElement(made, shape.tag, radius=text("radius", "1"), length=text("length", "1"))
@@ -174,7 +174,7 @@ def _geometry(
 
 
 def _file(world: World, path: Path, uri: str) -> Path | None:
-    """Beside the SDF, in a folder above it, or in a search path."""
+    """Returns a file beside the SDF, in a folder above it, or in a search path."""
     name = uri.partition("://")[2] if "://" in uri else uri.lstrip("/")
     folders = [path.parent, path.parent.parent, *map(Path, search_paths(world)), Path()]
     return next((folder / name for folder in folders if (folder / name).is_file()), None)
@@ -193,7 +193,7 @@ def _joint(
     if kind == "revolute" and (lower < -_ENDLESS or upper > _ENDLESS or lower > upper):
         kind = "continuous"
     if kind == "prismatic":
-        # The daemon scales lengths; in an SDF Bullet leaves these as they are.
+        # The daemon scales lengths; in an SDF Bullet leaves these unchanged.
         lower, upper, velocity = lower / scale, upper / scale, velocity / scale
     made = ElementTree.SubElement(urdf, "joint", name=joint.get("name", ""), type=kind)
     _origin(made, at)

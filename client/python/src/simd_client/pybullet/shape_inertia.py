@@ -1,7 +1,7 @@
-"""The masses and inertias that PyBullet gives the links of a file: of the boxes around what they touch with.
+"""Masses and inertias that PyBullet gives the links of a file, from the boxes around their collision shapes.
 
-PyBullet reads the inertias of a URDF only with `URDF_USE_INERTIA_FROM_FILE`, so that those of many files are placeholders: a script
-that balances a pole is made for the inertia of its shape. A link without `<inertial>` has 1 kg there.
+PyBullet reads the inertias of a URDF only with `URDF_USE_INERTIA_FROM_FILE`, so many files have placeholders.
+A script that balances a pole is made for the inertia of its shape. A link without `<inertial>` gets 1 kg.
 """
 
 from __future__ import annotations
@@ -21,25 +21,26 @@ from .primitives import Primitive, box_at, of_box
 from .rotations import compose, from_euler, inverse
 
 Locate = Callable[[str], Path | None]
-"""From the URI of a mesh to its file."""
+"""Maps the URI of a mesh to its file."""
 
 Bounds = tuple[Vector, Vector]
-"""The smallest and the largest coordinates."""
+"""Smallest and largest coordinates."""
 
-# Bullet's collision margin of what it loads from files, metres: around all of a link, and around each shape as `Shape` has it.
+# Bullet's collision margin of files, metres: around all of a link, and around each shape as in `Shape`.
 MARGIN = 0.001
 
 
 @dataclass(frozen=True)
 class Shape:
-    """What a link touches with, and how many margins Bullet adds to its box: among others, and where it is the only one."""
+    """Collision shape of a link, with the number of margins that Bullet adds to its box: among others, and
+    alone."""
 
     primitive: Primitive
     margins: float = 0.0
     margins_alone: float = 3.0
 
     def box(self, pose: Pose, margin: float) -> tuple[list[float], list[float]]:
-        """The box along the axes around it at a pose: around its own box, as Bullet has it."""
+        """Returns the box along the axes around it at a pose: around its own box, as in Bullet."""
         if self.primitive.kind == constants.GEOM_SPHERE:
             return box_at(pose, self.primitive)
         center, half = self.primitive.box()
@@ -55,9 +56,9 @@ def as_in_pybullet(
     has_round_cylinders: bool = False,
     keeps_mimic: bool = False,
 ) -> bytes:
-    """The same robot, which is to be loaded with its lengths times `scale`, with these masses and inertias. A link keeps its own where
-    the size of what it touches with is not known; `from_file` is for all of them. As in PyBullet no joint follows another, unless
-    `keeps_mimic`."""
+    """Returns the same robot with these masses and inertias; its lengths will be loaded times `scale`. A link
+    keeps its own if the size of its collision shapes is unknown; `from_file` keeps all. As in PyBullet no
+    joint follows another, unless `keeps_mimic`."""
     robot = descriptions.parse(urdf)
     if robot is None:
         return urdf
@@ -97,8 +98,9 @@ def as_in_pybullet(
 def of_link(
     link: ElementTree.Element, mass: float, locate: Locate, margin: float, has_round_cylinders: bool
 ) -> Vector | None:
-    """The diagonal of a link of this mass about its centre of mass, in the axes of its inertia, as Bullet makes it of what the link
-    touches with, with a collision margin. `None` where the size of that is not known, or is no number."""
+    """Returns the diagonal of a link of this mass about its centre of mass, in the axes of its inertia.
+    Bullet computes it from the collision shapes, with a collision margin. `None` if their size is unknown, or
+    is no number."""
     shapes = [_shape(collision, locate, has_round_cylinders) for collision in link.iterfind("collision")]
     known = [shape for shape in shapes if shape is not None]
     if len(known) < len(shapes):
@@ -121,8 +123,8 @@ def _multiply(inertial: ElementTree.Element, factor: float) -> None:
 
 
 def inertia_of(mass: float, link_from_inertia: Pose, shapes: list[Shape], margin: float, outer: float) -> Vector:
-    """The diagonal about the centre of mass: that of the one shape that lies there, else of the box around all of them, which has a
-    margin of its own."""
+    """Returns the diagonal about the centre of mass. It comes from a single shape at that centre, else from
+    the box around all of them, with a separate margin."""
     local = [compose(inverse(link_from_inertia), shape.primitive.pose) for shape in shapes]
     if len(shapes) == 1 and local[0] == (ORIGIN, UPRIGHT):
         only = shapes[0].primitive
@@ -133,19 +135,19 @@ def inertia_of(mass: float, link_from_inertia: Pose, shapes: list[Shape], margin
     for pose, shape in zip(local, shapes, strict=True):
         least, most = shape.box(pose, margin)
         lower, upper = list(map(min, lower, least)), list(map(max, upper, most))
-    # What touches nothing is a point with a margin.
+    # A link without collision shapes is a point with a margin.
     x, y, z = ((b - a if shapes else 0.0) + 2.0 * outer for a, b in zip(lower, upper, strict=True))
     return of_box(mass, x, y, z)
 
 
 def hull(lower: Vector, upper: Vector, pose: Pose, margins: float, margins_alone: float = 3.0) -> Shape:
-    """A convex hull with these bounds."""
+    """Returns a convex hull with these bounds."""
     mesh = Mesh(b"", "", "", "", lower, upper)
     return Shape(Primitive(constants.GEOM_MESH, (1.0, 1.0, 1.0), pose, mesh=mesh), margins, margins_alone)
 
 
 def _shape(collision: ElementTree.Element, locate: Locate, has_round_cylinders: bool) -> Shape | None:
-    """`None` where its size is not known."""
+    """Returns a collision shape; `None` if its size is unknown."""
     geometry = collision.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None:
@@ -178,7 +180,7 @@ def _shape(collision: ElementTree.Element, locate: Locate, has_round_cylinders: 
 
 
 def bounds_of(path: Path) -> Bounds | None:
-    """The bounds of a mesh's file; `None` where it is of a format that is not read here."""
+    """Returns the bounds of a mesh's file; `None` for a format that is not read here."""
     try:
         return _bounds(path, path.stat().st_mtime_ns)
     except OSError:
@@ -187,7 +189,7 @@ def bounds_of(path: Path) -> Bounds | None:
 
 @functools.lru_cache(maxsize=512)
 def _bounds(path: Path, changed: int) -> Bounds | None:
-    """Of a file, until that is another."""
+    """Returns the bounds of a file, cached until the file changes."""
     del changed
     try:
         mesh = meshes.read("loadURDF", path, False)
@@ -197,7 +199,7 @@ def _bounds(path: Path, changed: int) -> Bounds | None:
 
 
 def _pose(element: ElementTree.Element) -> Pose:
-    """Of its `origin`."""
+    """Returns the pose of its `origin`."""
     origin = element.find("origin")
     if origin is None:
         return ORIGIN, UPRIGHT

@@ -49,9 +49,10 @@ def createCollisionShape(
     replaceHeightfieldIndex: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """The number of a box, sphere, cylinder, capsule, plane, mesh or height field, for createMultiBody. A mesh is its convex
-    hull, or with indices or GEOM_FORCE_CONCAVE_TRIMESH, its triangles where its body cannot move and elsewhere its convex parts.
-    With replaceHeightfieldIndex that height field gets other heights, and so do the bodies that were made of it."""
+    """Returns the number of a box, sphere, cylinder, capsule, plane, mesh or height field, for
+    createMultiBody. A mesh becomes its convex hull. With indices or GEOM_FORCE_CONCAVE_TRIMESH, it keeps its
+    triangles on a fixed body and becomes convex parts on others. With replaceHeightfieldIndex that height
+    field gets other heights, and so do the bodies that were made of it."""
     function, world = "createCollisionShape", connected(physicsClientId)
     frame = pose(collisionFramePosition, collisionFrameOrientation)
     if shapeType == constants.GEOM_MESH:
@@ -94,7 +95,7 @@ def createVisualShape(
     uvs: Any = None,
     physicsClientId: int = 0,
 ) -> int:
-    """As createCollisionShape, for visuals."""
+    """Like createCollisionShape, for visuals."""
     function, world = "createVisualShape", connected(physicsClientId)
     frame = pose(visualFramePosition, visualFrameOrientation)
     if shapeType == constants.GEOM_MESH:
@@ -103,7 +104,7 @@ def createVisualShape(
         except error as missing:
             if not fileName:
                 raise
-            # PyBullet takes it, and draws nothing.
+            # PyBullet accepts it, and draws nothing.
             print(f"simd: {missing}", file=sys.stderr)
             return world.visual_shapes.add([])
         return world.visual_shapes.add([_scaled(mesh, meshScale, frame, _color(rgbaColor))])
@@ -124,7 +125,7 @@ def createCollisionShapeArray(
     collisionFrameOrientations: Any = None,
     physicsClientId: int = 0,
 ) -> int:
-    """One shape of several."""
+    """Returns one shape of several."""
     made = _several(
         connected(physicsClientId),
         "createCollisionShapeArray",
@@ -156,7 +157,7 @@ def createVisualShapeArray(
     visualFrameOrientations: Any = None,
     physicsClientId: int = 0,
 ) -> int:
-    """One shape of several, for visuals."""
+    """Returns one shape of several, for visuals."""
     made = _several(
         connected(physicsClientId),
         "createVisualShapeArray",
@@ -260,7 +261,7 @@ def _primitive(
 
 
 def pose(position: Any, orientation: Any) -> Pose:
-    """Of a frame as scripts give it; the origin where it is left out."""
+    """Returns a script's frame; the origin if it is left out."""
     at = ORIGIN if position is None else vector(position, "a frame's position needs three numbers")
     turn = (
         UPRIGHT
@@ -293,8 +294,8 @@ def createMultiBody(
     batchPositions: Any = None,
     physicsClientId: int = 0,
 ) -> int | tuple[int, ...]:
-    """Makes a body of shapes, fixed to the world if its base has no mass. Of flags those of self-collision are granted. Returns its
-    number, or the numbers of as many bodies as there are batchPositions."""
+    """Makes a body of shapes, fixed to the world if its base has no mass. Only flags of self-collision have
+    an effect. Returns its number, or one number for each of batchPositions."""
     del useMaximalCoordinates
     world = connected(physicsClientId)
     base = _part(
@@ -380,7 +381,7 @@ def _linked(world: World, index: int, count: int, row: Sequence[Any]) -> Part:
 
 def _part(world: World, name: str, mass: float, collision: int, visual: int, inertia: Pose) -> Part:
     collisions = world.collision_shapes.get(int(collision))
-    # As in PyBullet, what has no shape to be drawn is drawn as what it touches with.
+    # As in PyBullet, a link without visuals shows its collision shapes.
     visuals = world.visual_shapes.get(int(visual)) or collisions
     return Part(name=name, mass=mass, collisions=collisions, visuals=visuals, inertia=inertia)
 

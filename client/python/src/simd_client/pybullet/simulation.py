@@ -1,4 +1,4 @@
-"""The world of a script: steps, settings, saved states."""
+"""World of a script: steps, settings, saved states."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from .connections import connected
 from .errors import error
 from .files import read_state
 
-# Parameters of setPhysicsEngineParameter that do something, or that belong to no solver and are left out of the warning.
+# Parameters of setPhysicsEngineParameter that have an effect, or that belong to no solver and cause no
+# warning.
 _NOT_THE_SOLVERS = {
     "fixedTimeStep",
     "numSubSteps",
@@ -27,8 +28,8 @@ _NOT_THE_SOLVERS = {
 
 
 def stepSimulation(physicsClientId: int = 0) -> tuple[()]:
-    """One time step; on a world that plays, the wait for its next state. PyBullet's solver
-    statistics, which it returns only on request, are not available."""
+    """Makes one time step; in a playing world, waits for its next state. PyBullet's solver statistics, which
+    it returns only on request, are not available."""
     connected(physicsClientId).step()
     return ()
 
@@ -94,8 +95,9 @@ def setPhysicsEngineParameter(
     numNonContactInnerIterations: int = -1,
     physicsClientId: int = 0,
 ) -> None:
-    """Sets the time step, 1e-6 to 0.1 s, and the substeps of each. The other settings are those of Bullet's solver, which do
-    nothing; getPhysicsEngineParameters gives its iterations back. As in PyBullet, what is negative is not given."""
+    """Sets the time step, 1e-6 to 0.1 s, and its substeps. The other settings belong to Bullet's solver and
+    have no effect; getPhysicsEngineParameters returns its iterations. As in PyBullet, negative values are
+    ignored."""
     arguments = dict(locals())
     given = [name for name, value in arguments.items() if value >= 0]
     world = connected(physicsClientId)
@@ -117,8 +119,8 @@ def setPhysicsEngineParameter(
 
 
 def getPhysicsEngineParameters(physicsClientId: int = 0) -> dict[str, float]:
-    """Time step (s), substeps, gravity (world axes, m/s^2), whether the world plays, and what the script said of the iterations of
-    Bullet's solver."""
+    """Returns time step (s), substeps, gravity (world axes, m/s^2), whether the world plays, and the script's
+    iterations of Bullet's solver."""
     world = connected(physicsClientId)
     world.read_state()
     x, y, z = world.gravity
@@ -146,8 +148,8 @@ def saveState(physicsClientId: int = 0) -> int:
 
 
 def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0) -> None:
-    """Goes back to a saved state, of that number or of a file of saveBullet's: to poses, positions, velocities and contacts. Motors,
-    settings, masses, surfaces and constraints of the script stay as they are."""
+    """Restores a saved state, with that number or from a file of saveBullet: poses, positions, velocities and
+    contacts. Motors, settings, masses, surfaces and constraints of the script stay."""
     world = connected(physicsClientId)
     if stateId < 0 and not fileName:
         raise error("Couldn't restore state.")
@@ -169,13 +171,13 @@ def removeState(stateUniqueId: int, physicsClientId: int = 0) -> None:
     try:
         world.wire.call(methods.DeleteSavedState, DeleteSavedStateRequest(name=name))
     except error as refusal:
-        # PyBullet ignores a state that does not exist.
+        # PyBullet ignores an unknown state.
         if refusal.reason != "SAVED_STATE_NOT_FOUND":
             raise
 
 
 def setTimeOut(timeOutInSeconds: float, physicsClientId: int = 0) -> None:
-    """Sets how long calls wait for the daemon, seconds."""
+    """Sets the time, in seconds, that calls wait for the daemon."""
     connected(physicsClientId).wire.set_timeout(float(timeOutInSeconds))
 
 
@@ -193,7 +195,7 @@ def addUserDebugParameter(
 
 
 def readUserDebugParameter(itemUniqueId: int, physicsClientId: int = 0) -> float:
-    """The value of a slider, or how often a button was pressed, from the published copy."""
+    """Returns the value of a slider, or a button's number of presses, from the published copy."""
     return connected(physicsClientId).sliders.read(itemUniqueId)
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @dataclass
 class _Item:
     name: str
-    # The value of a button that was not pressed.
+    # Value of an unpressed button.
     start: float
     button: bool
 
@@ -38,8 +38,8 @@ class Sliders:
         self._next = 0
 
     def add(self, name: str, low: float, high: float, start: float) -> int:
-        """Adds a slider, or a button if `low` is above `high`. It replaces one of the same name that
-        another program left; a second one of this script gets a number."""
+        """Adds a slider, or a button if `low` is above `high`. It replaces another program's item of the same
+        name; a second one of this script gets a number."""
         own = any(item.name == name for item in self._items.values())
         policy = (
             NameTakenPolicy.NAME_TAKEN_POLICY_RENAME if own else NameTakenPolicy.NAME_TAKEN_POLICY_REPLACE
@@ -61,12 +61,12 @@ class Sliders:
         return number
 
     def number(self) -> int:
-        """The number of the next item: slider, button or drawing."""
+        """Returns the number of the next item: slider, button or drawing."""
         self._next += 1
         return self._next - 1
 
     def read(self, number: int) -> float:
-        """The value now: a slider's, or how often a button was pressed, beyond its start."""
+        """Returns the current value: a slider's, or a button's number of presses, plus its start."""
         item = self._items.get(number)
         if item is None:
             raise error("Failed to read parameter.")
@@ -76,14 +76,14 @@ class Sliders:
         return item.start + parameter.button.presses if item.button else parameter.slider.value
 
     def remove(self, number: int) -> bool:
-        """Removes one. Returns whether it was one of these."""
+        """Removes an item. Returns whether it was one of these."""
         item = self._items.pop(number, None)
         if item is not None:
             self._take_down([item.name])
         return item is not None
 
     def remove_own(self) -> None:
-        """Removes those of this script."""
+        """Removes the items of this script."""
         names = [item.name for item in self._items.values()]
         self._items.clear()
         if names:
@@ -99,7 +99,7 @@ class Sliders:
 
 
 def find(parameters: ParameterList, name: str) -> Parameter | None:
-    """The parameter of that name."""
+    """Returns the parameter with that name."""
     for parameter in parameters.parameters:
         if parameter.name == name:
             return parameter

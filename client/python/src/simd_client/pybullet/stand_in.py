@@ -1,5 +1,5 @@
-"""Makes `import pybullet_data` and `pybullet_utils.bullet_client` work where they are not installed, and `import pybullet` in a
-script that the runner runs."""
+"""Makes `import pybullet_data` and `pybullet_utils.bullet_client` work if they are not installed, and `import
+pybullet` in a script of the runner."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from types import CodeType, ModuleType
 
 from . import data
 
-# A folder with a module `pybullet` that is ours.
+# Folder with this package's module `pybullet`.
 _MODULES = Path(__file__).with_name("modules")
 _DATA = "pybullet_data"
 _UTILS = "pybullet_utils"
@@ -23,20 +23,21 @@ _CLIENT = "pybullet_utils.bullet_client"
 
 
 class _StandIns(MetaPathFinder, Loader):
-    """Is asked last, after all that is installed, except for `BulletClient`, which connects with our module in any case."""
+    """Finder that comes after all installed packages, except for `BulletClient`, which connects with this
+    package in any case."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """The module of that name, if it is one that is replaced."""
+        """Finds the module of that name, if it is a replaced one."""
         del target
-        # A package that is installed has a path, and what it lacks is none of ours.
+        # An installed package has a path, and its missing modules are not replaced.
         if fullname in (_DATA, _UTILS) or (fullname == _CLIENT and not path):
             return ModuleSpec(fullname, self, is_package=fullname == _UTILS)
         return None
 
     def get_code(self, fullname: str) -> CodeType:
-        """What `python -m` and `runpy` run: the module's names, imported."""
+        """Returns the code for `python -m` and `runpy`: it imports the module's names."""
         source = {_DATA: "pybullet.data", _UTILS: "", _CLIENT: "pybullet.bullet_client"}[fullname]
         text = f"from simd_client.{source} import *" if source else ""
         return compile(text, f"<{fullname}>", "exec")
@@ -55,38 +56,38 @@ class _StandIns(MetaPathFinder, Loader):
 
 
 class _FirstOfAll(MetaPathFinder):
-    """Is asked first, for `BulletClient` alone."""
+    """Finder that comes before all others, only for `BulletClient`."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Our module, also within a package of PyBullet's that is installed."""
+        """Finds this package's module, also within an installed package of PyBullet."""
         del path, target
         return ModuleSpec(fullname, _StandIns()) if fullname == _CLIENT else None
 
 
 def install() -> None:
-    """For a script that imports `simd_client.pybullet` itself."""
+    """Installs the finder for a script that imports `simd_client.pybullet`."""
     if not any(isinstance(finder, _StandIns) for finder in sys.meta_path):
         sys.meta_path.append(_StandIns())
         sys.meta_path.insert(0, _FirstOfAll())
 
 
 def replace_in_children() -> None:
-    """Has processes that the script starts import our module too: `spawn` and `forkserver` give them the path, and other programs get
-    it from the environment."""
+    """Makes processes that the script starts import this module too. `spawn` and `forkserver` pass the path,
+    and other programs get it from the environment."""
     sys.path.insert(1, str(_MODULES))
     already = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = os.pathsep.join([str(_MODULES), *([already] if already else [])])
 
 
 def replace(pybullet: ModuleType) -> None:
-    """For a script of the runner: `import pybullet` gives our module, and so does what is built upon it."""
+    """Installs the module for a script of the runner: `import pybullet` and packages on top of it use it."""
     install()
     sys.modules["pybullet"] = pybullet
     sys.modules[_DATA] = data
     utils = importlib.import_module(_UTILS)
-    # Also where the real one is installed.
+    # This holds even if the real one is installed.
     bullet_client = module_from_spec(ModuleSpec(_CLIENT, _StandIns()))
     _StandIns().exec_module(bullet_client)
     sys.modules[_CLIENT] = bullet_client

@@ -1,4 +1,4 @@
-"""startStateLogging: what there is after each step, in files as PyBullet writes them."""
+"""startStateLogging: states after each step, in files with PyBullet's format."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from .kinematics import getBasePositionAndOrientation, getBaseVelocity
 from .rotations import matrix
 from .world import World
 
-# PyBullet's format: two lines of text (names, a letter for the type of each column), then records,
-# each begun by these two bytes.
+# PyBullet's format: two lines of text (names, a letter for the type of each column), then records, each with
+# these two bytes first.
 _RECORD = b"\xaa\xbb"
 _MOST_JOINTS = 12
-# Wall seconds that the daemon may take to complete a recording.
+# Maximum wall seconds until the daemon completes a recording.
 _SECONDS = 60.0
 _MINITAUR = [
     f"motor_{leg}_joint"
@@ -41,7 +41,7 @@ _MINITAUR = [
 
 
 class StateLog:
-    """A file that is being written, by one connection: one or several records after each step."""
+    """A file in progress, written by one connection: one or several records after each step."""
 
     def __init__(self, client: int, path: Path, names: list[str], kinds: str) -> None:
         self._client = client
@@ -68,7 +68,8 @@ class StateLog:
 
 
 class RobotLog(StateLog):
-    """Base and joints of robots: positions and velocities of all joints, then their efforts if requested."""
+    """Log of robots' bases and joints: positions and velocities of all joints, then their efforts if
+    requested."""
 
     def __init__(self, client: int, path: Path, bodies: list[int], most: int, efforts: bool) -> None:
         self._bodies = bodies
@@ -109,7 +110,8 @@ class RobotLog(StateLog):
 
 
 class MinitaurLog(StateLog):
-    """A robot with the eight motors of a Minitaur: roll, pitch and yaw, their positions and efforts, forward speed."""
+    """Log of a robot with the eight motors of a Minitaur: roll, pitch and yaw, their positions and efforts,
+    forward speed."""
 
     def __init__(self, client: int, path: Path, body: Body) -> None:
         self._body = body.unique_id
@@ -132,14 +134,14 @@ class MinitaurLog(StateLog):
                 *(states.position[motor.position_index] for motor in motors),
                 *(states.effort[motor.velocity_index] for motor in motors),
                 getBaseVelocity(self._body, self._client)[0][0],
-                # Bullet's mode of its motors, which is always this.
+                # Bullet's mode of its motors, a constant.
                 6,
             ]
         ]
 
 
 class ContactLog(StateLog):
-    """The contact points of bodies and links."""
+    """Log of the contact points of bodies and links."""
 
     def __init__(self, client: int, path: Path, bodies: tuple[int, int], links: tuple[int, int]) -> None:
         self._asked = [body for body in bodies if body >= 0]
@@ -161,7 +163,7 @@ class ContactLog(StateLog):
 
 
 class VrLog(StateLog):
-    """The events of controllers of virtual reality, of which there are none: the head of the file alone."""
+    """Log of virtual reality controllers, which do not exist here: only the head of the file."""
 
     def __init__(self, client: int, path: Path) -> None:
         names = ["stepCount", "timeStamp", "controllerId", "numMoveEvents", "m_numButtonEvents"]
@@ -184,12 +186,12 @@ class NoLog:
 
 
 class TimingsLog:
-    """How long each step took, for chrome://tracing: what this process waited for it."""
+    """Log of step times, for chrome://tracing: the time that this process waited."""
 
     _written = 0
 
     def __init__(self, prefix: str) -> None:
-        # Bullet counts its files, too.
+        # Bullet numbers its files, too.
         path = Path(f"{prefix}_{TimingsLog._written}.json")
         TimingsLog._written += 1
         self._begun = perf_counter()
@@ -215,7 +217,7 @@ class TimingsLog:
 
 
 class CommandLog:
-    """All commands to the daemon, as a recording of the daemon's, which `simd replay` runs again."""
+    """Log of all commands to the daemon, as the daemon's recording, which `simd replay` runs again."""
 
     def __init__(self, world: World, path: Path) -> None:
         self._world = world
@@ -234,7 +236,7 @@ class CommandLog:
         """Does nothing: the daemon writes."""
 
     def close(self) -> None:
-        """Ends the recording, and takes it out of the daemon into the file."""
+        """Ends the recording, and moves it from the daemon into the file."""
         call = self._world.wire.call
         with self._file:
             stopped = call(methods.StopRecording, StopRecordingRequest(name=self._name), wait=_SECONDS).recording
@@ -280,10 +282,10 @@ def startStateLogging(
     logFlags: int = 0,
     physicsClientId: int = 0,
 ) -> int:
-    """Starts a log of robots, of a Minitaur or of contact points after each step of this script. Returns its number.
-    A log of commands is one of the daemon's recordings, if the daemon keeps recordings. Of virtual reality there are no events to
-    log. Timings are those of stepSimulation, in FILENAME_0.json, FILENAME_1.json and so on for chrome://tracing. Videos and
-    replays are accepted, and nothing is written or done."""
+    """Starts a log of robots, of a Minitaur or of contact points after each step of this script. Returns its
+    number. A log of commands is one of the daemon's recordings, if the daemon keeps recordings. Virtual
+    reality has no events to log. Timings are stepSimulation's, in FILENAME_0.json, FILENAME_1.json and so on
+    for chrome://tracing. Videos and replays are accepted, and nothing is written or done."""
     del deviceTypeFilter
     world = connected(physicsClientId)
     path = Path(fileName)
@@ -314,7 +316,7 @@ def stopStateLogging(loggingId: int, physicsClientId: int = 0) -> None:
 
 
 def _roll_pitch_yaw(m: Any) -> tuple[float, float, float]:
-    """Of Bullet's getEulerZYX."""
+    """Returns Bullet's getEulerZYX."""
     if abs(m[2][0]) >= 1.0:
         return atan2(m[2][1], m[2][2]), copysign(pi / 2, -m[2][0]), 0.0
     return atan2(m[2][1], m[2][2]), -asin(m[2][0]), atan2(m[1][0], m[0][0])

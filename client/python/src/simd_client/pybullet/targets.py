@@ -8,7 +8,7 @@ from .motors import Law
 
 
 def joint_target(joint: str, law: Law, target: JointTarget) -> None:
-    """Sets `target` to the law for the joint of that name."""
+    """Sets `target` to the law for the joint with that name."""
     target.joint = joint
     kind = law.kind
     if kind == "servo":

@@ -1,4 +1,5 @@
-"""Height fields: heights from pictures and tables, in the order in which Bullet reads them, and other heights for one that is there."""
+"""Height fields: heights from pictures and tables, in the order in which Bullet reads them, and new heights
+for existing ones."""
 
 from __future__ import annotations
 
@@ -21,13 +22,15 @@ Table = NDArray[np.float64]
 _MOST_BYTES = 64 * 1024 * 1024
 _MOST_SAMPLES = 4_000_000
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-# How many values a pixel has by PNG's type of colour: grey, colours, a number in the palette, grey and colours with alpha.
+# Number of values of a pixel by PNG's type of colour: grey, colours, a number in the palette, grey and
+# colours with alpha.
 _CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 _PALETTE = 3
 
 
 def read(function: str, path: Path) -> tuple[Table, int, int]:
-    """Heights one after the other, with how many lie along x and along y. Of a picture black is 0 and white 1.
+    """Returns consecutive heights, with their numbers along x and along y. In a picture black is 0 and white
+    1.
 
     Raises:
         error: if the file cannot be read.
@@ -75,7 +78,7 @@ def replace(world: World, function: str, number: int, heights: Any, rows: int, c
 
 
 def _of_table(data: bytes) -> tuple[Table, int, int]:
-    """A line for each y. Bullet exchanges x and y of a square one."""
+    """Returns a table with a line for each y. Bullet exchanges x and y of a square one."""
     lines = [[float(each) for each in line.split(b",") if each.strip()] for line in data.splitlines()]
     rows = [line for line in lines if line]
     width, height = len(rows[0]) if rows else 0, len(rows)
@@ -88,7 +91,7 @@ def _of_table(data: bytes) -> tuple[Table, int, int]:
 
 
 def _of_picture(data: bytes) -> tuple[Table, int, int]:
-    """The red of each pixel, or its grey. Bullet reads each row from its end."""
+    """Returns the red of each pixel, or its grey. Bullet reads each row from its end."""
     picture = _Picture.read(data)
     red = picture.red()[:, ::-1]
     return red.reshape(-1).astype(np.float64) / 255.0, picture.width, picture.height
@@ -103,7 +106,7 @@ def _check(width: int, height: int) -> None:
 
 @dataclass
 class _Picture:
-    """A PNG (the specification of the W3C, third edition), as far as heights are written in it."""
+    """A PNG (the specification of the W3C, third edition), as far as heights need it."""
 
     width: int
     height: int
@@ -141,12 +144,12 @@ class _Picture:
         return _Picture(width, height, depth, color, palette, bytes(parts))
 
     def red(self) -> NDArray[np.uint8]:
-        """The first value of each pixel, 0 to 255, a row for each line of the picture."""
+        """Returns the first value of each pixel, 0 to 255, a row for each line of the picture."""
         bits = self.depth * _CHANNELS[self.color]
         line = (self.width * bits + 7) // 8
         lines = self._unfiltered(line, max(1, bits // 8))
         if self.depth == 16:
-            # The upper of the two bytes.
+            # Upper of the two bytes.
             return lines[:, :: bits // 8]
         if self.depth == 8:
             first = lines[:, :: bits // 8]
@@ -161,7 +164,8 @@ class _Picture:
         return first
 
     def _unfiltered(self, line: int, step: int) -> NDArray[np.uint8]:
-        """The lines without their filters. `step` is how many bytes to the left the same value of the pixel before is."""
+        """Returns the lines without their filters. `step` is the distance in bytes to the same value of the
+        pixel to the left."""
         wanted = self.height * (line + 1)
         engine = zlib.decompressobj()
         raw = engine.decompress(self.packed, wanted)
@@ -177,7 +181,7 @@ class _Picture:
 
 
 def _line(kind: int, line: bytearray, above: bytearray, step: int) -> bytearray:
-    """One line from what was filtered by the pixel to the left, the one above, or both."""
+    """Returns one line after a filter by the pixel to the left, the one above, or both."""
     if kind == 0:
         return line
     if kind == 2:
@@ -197,7 +201,7 @@ def _line(kind: int, line: bytearray, above: bytearray, step: int) -> bytearray:
 
 
 def _paeth(left: int, up: int, corner: int) -> int:
-    """The neighbour that is nearest to left + up - corner."""
+    """Returns the neighbour that is nearest to left + up - corner."""
     ahead = left + up - corner
     a, b, c = abs(ahead - left), abs(ahead - up), abs(ahead - corner)
     if a <= b and a <= c:

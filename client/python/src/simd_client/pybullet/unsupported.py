@@ -1,4 +1,4 @@
-"""PyBullet's functions that are not supported (yet): each raises, with its name and the reason."""
+"""PyBullet's functions that are not supported (yet): each raises an error with its name and the reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Notes that a script keeps on bodies, links and shapes: addUserData and kin. They are the script's own, and no other sees them."""
+"""Notes that a script keeps on bodies, links and shapes: addUserData and related functions. They are private
+to the script."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ def addUserData(
     visualShapeIndex: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """Keeps a text on a body, a link or a shape, instead of one of the same key. Returns its number."""
+    """Stores a text on a body, a link or a shape, replacing one with the same key. Returns its number."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Error in addUserData command.")
     if body.link_name(linkIndex) is None:
@@ -31,13 +32,13 @@ def addUserData(
 
 
 def removeUserData(userDataId: int, physicsClientId: int = 0) -> None:
-    """Forgets a text."""
+    """Deletes a text."""
     if connected(physicsClientId).notes.by_number.pop(userDataId, None) is None:
         raise error("Error in removeUserData command.")
 
 
 def getUserData(userDataId: int, physicsClientId: int = 0) -> bytes | None:
-    """A text; `None` if there is none of that number."""
+    """Returns a text; `None` for an unknown number."""
     note = connected(physicsClientId).notes.by_number.get(userDataId)
     return None if note is None else note.value.encode()
 
@@ -45,18 +46,18 @@ def getUserData(userDataId: int, physicsClientId: int = 0) -> bytes | None:
 def getUserDataId(
     bodyUniqueId: int, key: str, linkIndex: int = -1, visualShapeIndex: int = -1, physicsClientId: int = 0
 ) -> int:
-    """The number of a text; -1 if there is none."""
+    """Returns the number of a text; -1 without one."""
     full_key = (str(key), bodyUniqueId, int(linkIndex), int(visualShapeIndex))
     return connected(physicsClientId).notes.number(full_key)
 
 
 def getNumUserData(bodyUniqueId: int, physicsClientId: int = 0) -> int:
-    """How many texts are kept on a body."""
+    """Returns the number of texts on a body."""
     return len(_of(physicsClientId, bodyUniqueId))
 
 
 def getUserDataInfo(bodyUniqueId: int, userDataIndex: int, physicsClientId: int = 0) -> tuple[int, bytes, int, int, int]:
-    """Number, key, body, link and shape of a text, by its index on the body."""
+    """Returns number, key, body, link and shape of a text, by its index on the body."""
     found = _of(physicsClientId, bodyUniqueId)
     if not 0 <= userDataIndex < len(found):
         raise error("Could not get user data info.")

@@ -1,4 +1,4 @@
-"""What PyBullet's window shows: the camera, which is that of the daemon's page where one is open."""
+"""Camera of PyBullet's window, which is the camera of the daemon's page if one is open."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .kept import Camera
 from .rotations import cross, from_euler, rotate
 from .world import World
 
-# Of PyBullet's window: the distances of its frustum, metres, and its vertical field of view, radians.
+# PyBullet's window: the distances of its frustum, metres, and its vertical field of view, radians.
 _NEAR, _FAR = 0.01, 1000.0
 _FIELD = math.pi / 2
-# Wall seconds between two questions: a loop without pauses asks no more often than a page draws.
+# Wall seconds between two requests: a loop without pauses asks no more often than a page draws.
 _INTERVAL = 0.004
-# How far the rays through the window's edges reach.
+# Length of the rays through the window's edges.
 _REACH = 10000.0
 
 
@@ -31,13 +31,13 @@ def resetDebugVisualizerCamera(
     cameraTargetPosition: Any,
     physicsClientId: int = 0,
 ) -> None:
-    """Moves the camera of the daemon's page, to PyBullet's field of view too; without a page it is what
-    getDebugVisualizerCamera returns."""
+    """Moves the camera of the daemon's page, and sets PyBullet's field of view. Without a page it only sets
+    the result of getDebugVisualizerCamera."""
     target = vector(cameraTargetPosition, "cameraTargetPosition needs 3 numbers")
     kept = Camera(float(cameraDistance), float(cameraYaw), float(cameraPitch), target)
     world = connected(physicsClientId)
     position = _eye(kept)
-    # A camera that is where it looks to is one of nothing.
+    # A camera at its target sees nothing.
     if position != target:
         request = SetCameraRequest(field_of_view=_FIELD)
         request.position.x, request.position.y, request.position.z = position
@@ -48,9 +48,10 @@ def resetDebugVisualizerCamera(
 
 
 def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
-    """Width and height, view and projection matrix, up and forward, the rays along the window's sides, yaw, pitch,
-    distance and target: those of the page in which the camera was moved last. Without a page, and until it has followed,
-    those of resetDebugVisualizerCamera, or of PyBullet's window that was just opened."""
+    """Returns width and height, view and projection matrix, up and forward, the rays along the window's
+    sides, yaw, pitch, distance and target. They belong to the page with the last moved camera. Without a
+    page, and until it has followed, they belong to resetDebugVisualizerCamera, or to PyBullet's initial
+    window."""
     camera = _shown(connected(physicsClientId))
     forward = _forward(camera)
     side = _unit(cross(forward, (0.0, 0.0, 1.0)))
@@ -74,7 +75,7 @@ def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
 
 
 def shown_matrices(world: World, aspect: float) -> tuple[ViewMatrix, ViewMatrix]:
-    """View and projection matrix of the camera, for a picture of this width by height."""
+    """Returns view and projection matrix of the camera, for a picture of this width by height."""
     return _matrices(_shown(world), aspect)
 
 
@@ -91,7 +92,7 @@ def _matrices(camera: Camera, aspect: float) -> tuple[ViewMatrix, ViewMatrix]:
 
 
 def _shown(world: World) -> Camera:
-    """The camera of the page that has followed the script and moved last, else the one that is kept."""
+    """Returns the camera of the page that has followed the script and moved last, else the stored one."""
     asked, now = world.page_camera, time.monotonic()
     if asked is None or now - asked[0] >= _INTERVAL:
         asked = world.page_camera = (now, _ask(world))
@@ -106,7 +107,7 @@ def _ask(world: World) -> Camera | None:
 
 
 def _of_page(camera: ViewCamera) -> Camera:
-    """As PyBullet describes a camera: by angles and a distance from its target."""
+    """Describes a camera like PyBullet: by angles and a distance from its target."""
     target = (camera.target.x, camera.target.y, camera.target.z)
     away = (target[0] - camera.position.x, target[1] - camera.position.y, target[2] - camera.position.z)
     distance = math.sqrt(away[0] ** 2 + away[1] ** 2 + away[2] ** 2)

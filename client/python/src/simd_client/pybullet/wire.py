@@ -1,4 +1,4 @@
-"""The connection of a script to the daemon, with PyBullet's exception instead of the client's."""
+"""Connection of a script to the daemon, with PyBullet's exception instead of the client's."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ from .errors import error
 
 # Wall seconds that `connect` waits for a daemon.
 _CONNECT = 3.0
-# Wall seconds that a call waits for its answer, by default.
+# Default wall seconds that a call waits for its answer.
 _TIMEOUT = 10.0
-# How much longer it waits where a description is read: meshes become hulls then.
+# Additional wall seconds for reading a description: meshes become hulls then.
 _READING = 120.0
-# How many robots are spawned with one round trip: the daemon lets 32 descriptions of one client wait.
+# Robots spawned in one round trip: the daemon lets 32 descriptions of one client wait.
 _AT_ONCE = 16
 # Wall seconds after which the copy of the parameters is fetched again.
 _REFRESH = 0.5
@@ -66,27 +66,27 @@ class NoDaemon(Exception):
 
 @dataclass(frozen=True)
 class Spawn:
-    """How a robot is spawned."""
+    """Options of a robot at its spawn."""
 
     position: Vector = ORIGIN
     orientation: Quaternion = UPRIGHT
     # `None`: fixed if the root link is called `world`.
     fixed: bool | None = None
     scale: float = 1.0
-    # Empty: the description's.
+    # Empty: the description's name.
     name: str = ""
     # rad or m by joint; the others start at zero.
     joints: dict[str, float] = field(default_factory=dict[str, float])
     self_collision: bool = False
-    # Its collision meshes become convex parts, and not their hulls.
+    # Whether its collision meshes become convex parts, and not their hulls.
     divided: bool = False
-    # Of links, instead of what the description says.
+    # Surfaces of links, instead of the description's.
     surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
 
 
 class Wire:
-    """A connection to one daemon. Calls are made by the script's thread; copies of what the daemon
-    publishes are updated by the link's."""
+    """A connection to one daemon. The script's thread makes calls; the link's thread updates copies of
+    published data."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -97,7 +97,7 @@ class Wire:
         self._subscribers: list[Subscription] = []
         self._parameters: ParameterList | None = None
         self._parameters_until = 0.0
-        # Is called before each call, for what the script has asked for and that was not sent yet.
+        # Called before each call, for commands of the script that were not sent yet.
         self.before: Callable[[], None] = lambda: None
         # Not read yet.
         self._parameters_bytes: bytes | None = None
@@ -136,7 +136,8 @@ class Wire:
             raise error(str(problem)) from None
 
     def serve(self, address: str) -> str:
-        """Serves a world in this process at this address, or at a free port if that is taken. Returns where.
+        """Serves a world in this process at this address, or at a free port if that is taken. Returns the
+        address.
 
         Raises:
             error: if it cannot be served.
@@ -147,7 +148,7 @@ class Wire:
             raise error(str(problem)) from None
 
     def keep_step(self, request: bytes) -> KeptStep:
-        """Has a world in this process keep the request of a step.
+        """Makes a world in this process keep the request of a step.
 
         Raises:
             error: with the world's sentence and reason.
@@ -158,7 +159,7 @@ class Wire:
             raise error(str(problem), problem.reason) from None
 
     def run_step(self, step: KeptStep, numbers: list[float]) -> tuple[int, float, list[RobotNumbers]]:
-        """Makes a kept step, as `call`.
+        """Makes a kept step, like `call`.
 
         Raises:
             error: with the world's sentence and reason.
@@ -174,18 +175,18 @@ class Wire:
         return self._link
 
     def set_timeout(self, timeout: float) -> None:
-        """Sets how long calls wait for their answer, in wall seconds."""
+        """Sets the time, in wall seconds, that calls wait for their answer."""
         self._timeout = timeout
         self._connection = Connection(self._link, timeout)
 
     @property
     def endpoint(self) -> str:
-        """The locator and the daemon's name."""
+        """Locator and the daemon's name."""
         return f"{self._link.endpoint.locator}#{self._link.name}"
 
     @property
     def locator(self) -> str:
-        """Where the daemon is, without its name."""
+        """Address of the daemon, without its name."""
         return self._link.endpoint.locator
 
     @property
@@ -195,7 +196,7 @@ class Wire:
 
     @property
     def page(self) -> str | None:
-        """The address of the daemon's page, if this daemon is the one that has it."""
+        """Returns the address of the daemon's page, if the page belongs to this daemon."""
         protocol, _, address = self._link.endpoint.locator.partition("/")
         host = address.rsplit(":", 1)[0]
         return page.of(host, self._link.name) if protocol in ("tcp", "tls") else None
@@ -211,11 +212,11 @@ class Wire:
 
     @property
     def connection(self) -> Connection:
-        """For what the client has functions for."""
+        """Connection for functions of the client."""
         return self._connection
 
     def call(self, method: Method[Request, Reply], request: Request, wait: float = 0.0) -> Reply:
-        """Sends a request. Returns the answer. `wait` is how long the daemon itself may take, seconds.
+        """Sends a request. Returns the answer. `wait` is the time, in seconds, that the daemon may take.
 
         Raises:
             error: with the daemon's sentence and reason.
@@ -224,7 +225,7 @@ class Wire:
         return self.call_aside(method, request, wait)
 
     def call_aside(self, method: Method[Request, Reply], request: Request, wait: float = 0.0) -> Reply:
-        """`call` without what the script has asked for before: any thread may use it.
+        """Calls without the script's pending commands: any thread may use it.
 
         Raises:
             error: with the daemon's sentence and reason.
@@ -235,7 +236,7 @@ class Wire:
             raise error(str(problem), problem.reason) from None
 
     def call_all(self, method: Method[Request, Reply], requests: Sequence[Request]) -> None:
-        """Several calls in one round trip, which the daemon may do in any order.
+        """Makes several calls in one round trip, which the daemon may execute in any order.
 
         Raises:
             error: where one is refused; the others are done.
@@ -250,15 +251,15 @@ class Wire:
     def load(
         self, path: Path, spawn: Spawn, locator: Locator, urdf: bytes | None = None
     ) -> tuple[EntityInfo, dict[str, str], dict[str, str]]:
-        """Spawns a robot from this disk, as it is described there, or with other text in the file's place. Returns it with the
-        hashes of its files, and with their paths, by URI."""
+        """Spawns a robot from this disk, with the file's description or other text in its place. Returns it
+        with the hashes of its files, and with their paths, by URI."""
         entities, hashes, paths = self.load_all(path, spawn, locator, urdf)
         return entities[0], hashes, paths
 
     def load_all(
         self, path: Path, spawn: Spawn, locator: Locator, urdf: bytes | None = None
     ) -> tuple[list[EntityInfo], dict[str, str], dict[str, str]]:
-        """The same for a file that may describe several."""
+        """Like `spawn_file`, for a file that may describe several robots."""
         try:
             files = DescriptionFiles(path, None, locator=locator)
             if urdf is not None:
@@ -271,8 +272,8 @@ class Wire:
         return [answer.entity, *answer.others], dict(source.assets), paths
 
     def send(self, urdf: bytes, hashes: Mapping[str, str], files: Mapping[str, bytes]) -> None:
-        """Sends the files of a description, with their hashes by URI and their bytes by hash, as far as the daemon lacks
-        them."""
+        """Sends the files of a description that the daemon lacks, with their hashes by URI and their bytes by
+        hash."""
         if not hashes:
             return
         request = PrepareDescriptionRequest(urdf=urdf, assets=hashes)
@@ -288,7 +289,7 @@ class Wire:
                 )
 
     def file(self, sha256: str) -> bytes:
-        """A file of the daemon's."""
+        """Returns a file of the daemon."""
         try:
             return fetch_file(self._connection, sha256)
         except SimdError as problem:
@@ -326,17 +327,18 @@ class Wire:
         source = DescriptionSource(urdf=urdf, assets=files)
         return self.call(methods.ReloadEntity, ReloadEntityRequest(robot=robot, source=source), wait=_READING).entity
 
-    # What the daemon publishes.
+    # Publications of the daemon.
 
     def watch_parameters(self) -> None:
         """Begins to keep a copy of the daemon's parameters."""
         if self._parameters is None:
-            # First the subscription, so that no change after the answer is missed.
+            # The subscription comes first, so that no change after the answer is missed.
             self._subscribe(keys.parameters(self._link.name), self._take_parameters)
         self.ask_parameters()
 
     def parameters(self) -> ParameterList:
-        """The newest copy. A publication may be lost on a congested network, so it is also fetched at times."""
+        """Returns the newest copy. A publication may be lost on a congested network, so it is also fetched at
+        intervals."""
         if self._parameters is None or time.monotonic() > self._parameters_until:
             self.watch_parameters()
         assert self._parameters is not None
@@ -357,7 +359,7 @@ class Wire:
         self._subscribe(keys.joint_states(self._link.name, "*"), self._take_states)
 
     def published(self, robot: str) -> JointStates | None:
-        """The newest published states of a robot's joints, if any arrived since they were last read."""
+        """Returns the newest published states of a robot's joints, if any arrived since the last read."""
         payload = self._states_bytes.pop(robot, None)
         return None if payload is None else JointStates.FromString(payload)
 
@@ -375,12 +377,12 @@ class Wire:
 
 
 def _time_limit(request: object) -> float:
-    """Wall seconds that the daemon itself may wait before it answers."""
+    """Returns wall seconds that the daemon may wait before it answers."""
     return float(getattr(request, "timeout", 0.0))
 
 
 def _listens(locator: str) -> bool:
-    """Whether a connection is accepted there; Zenoh itself would try for seconds."""
+    """Whether a server accepts connections there; Zenoh would try for seconds."""
     if locator != DEFAULT_ENDPOINT:
         return True
     host, _, port = locator.partition("/")[2].rpartition(":")
@@ -392,7 +394,7 @@ def _listens(locator: str) -> bool:
 
 
 def _mesh_shapes(spawn: Spawn) -> MeshShapes:
-    # What may move is of convex parts; what cannot has its triangles.
+    # Movable links use convex parts; fixed links use their triangles.
     is_divided = spawn.divided and spawn.fixed is not True
     return MeshShapes.MESH_SHAPES_DECOMPOSITION if is_divided else MeshShapes.MESH_SHAPES_MESH
 

@@ -54,18 +54,19 @@ class World(Loop):
 
     def __init__(self, wire: Wire, method: int, sliders: Sliders, child: bool) -> None:
         super().__init__(wire)
-        # The number of the connection.
+        # Number of the connection.
         self.number = 0
-        # The method that the script gave to `connect`.
+        # Method that the script gave to `connect`.
         self.method = method
-        # The daemon was started for this script.
+        # Whether the daemon was started for this script.
         self.child = child
-        # The script's robots are removed at its end, also from a daemon that was running.
+        # Whether the script's robots are removed at its end, also from a daemon that was running.
         self.removes_robots = False
-        # Efforts and velocities of URDFs bound what the script's commands do, and joints with <mimic> follow others.
+        # Whether efforts and velocities of URDFs bound the script's commands, and joints with <mimic> follow
+        # others.
         self.keeps_limits = False
         self.keeps_mimic = False
-        # Robots of other clients were in the world when the script connected.
+        # Whether other clients had robots in the world when the script connected.
         self.guest = False
         # Settings of an unused world before the script changed them, and whether it played.
         self._found: tuple[Physics, bool] | None = None
@@ -74,11 +75,11 @@ class World(Loop):
         self.link_colors = LinkColors(wire, self.say_once)
         self.input = InputQueue(wire)
         self.search_paths: list[str] = []
-        # The numbers of bodies, in the order of getBodyUniqueId.
+        # Numbers of bodies, in the order of getBodyUniqueId.
         self.serial: list[int] = []
-        # Numbers of bodies that were removed, the last of which is given next.
+        # Numbers of removed bodies; the last one is assigned next.
         self._freed: list[int] = []
-        # See `numbers`; None while it has to be made again.
+        # See `numbers`; None if it must be made again.
         self._numbers: dict[tuple[str, str], tuple[int, int]] | None = None
         # Pairs of body and link that the script switched off or on, the smaller first.
         self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
@@ -87,11 +88,11 @@ class World(Loop):
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
         self.camera = Camera()
-        # Of the daemon, for the camera that the script set last.
+        # The daemon's number of the script's last camera.
         self.camera_version = 0
-        # That of a page, if there was one, and the wall time at which the daemon was asked.
+        # Camera of a page, if it had one, and the wall time at which the daemon was asked.
         self.page_camera: tuple[float, Camera | None] | None = None
-        # How many of loadTexture's there are.
+        # Number of loadTexture's textures.
         self.textures = 0
         self.notes = Notes()
         self.collision_shapes = Shapes()
@@ -99,22 +100,22 @@ class World(Loop):
         # Shapes of robots by name.
         self.scenes: dict[str, RobotScene] = {}
         self._said: set[str] = set()
-        # What the script had said when it saved states, by the daemon's names of them.
+        # Commands of the script when it saved states, by the daemon's names of them.
         self.saved: dict[str, Saved] = {}
         self._saved_states = 0
         self._constraint_names = 0
         self._recordings = 0
         self._script = uuid.uuid4().hex[:8]
-        # When the last step was asked for, by perf_counter.
+        # Time of the last step's request, by perf_counter.
         self.step_began = 0.0
-        # What runs after each step: state logs.
+        # Listeners after each step: state logs.
         self._logs: dict[int, Log] = {}
         self._next_log = 0
 
     # Bodies.
 
     def body(self, unique_id: int, refusal: str) -> Body:
-        """The body of that number.
+        """Returns the body with that number.
 
         Raises:
             error: with `refusal`, if there is none.
@@ -125,7 +126,7 @@ class World(Loop):
         return found
 
     def numbers(self) -> Mapping[tuple[str, str], tuple[int, int]]:
-        """PyBullet's numbers by the names of robot and link."""
+        """Returns PyBullet's numbers by the names of robot and link."""
         if self._numbers is None:
             self._numbers = {
                 (body.robot, name): (body.unique_id, number)
@@ -142,8 +143,8 @@ class World(Loop):
         urdf: bytes | None = None,
         link_order: Sequence[str] = (),
     ) -> Body:
-        """Adds a robot of the daemon's world, under the number that was freed last, else the next. Its joints are numbered as
-        these links come, else as the daemon numbers them."""
+        """Adds a robot of the daemon's world, with the last freed number, else the next. Its joints are
+        numbered like these links, else as the daemon numbers them."""
         layout = self._layout(entity)
         number = self._freed[-1] if self._freed else len(self.bodies)
         made = bodies.body(number, entity, layout, frames, own, urdf, link_order)
@@ -156,7 +157,7 @@ class World(Loop):
         return made
 
     def free_limits(self, body: Body) -> None:
-        """Takes away limits of effort and velocity of the script's own joints, which PyBullet reads and does not keep to."""
+        """Removes limits of effort and velocity of the script's joints, which PyBullet reads but ignores."""
         for joint in body.joints if body.own and not self.keeps_limits else ():
             lower, upper, effort, velocity = joint.limits
             if joint.width == 1 and not (effort is None and velocity is None):
@@ -165,7 +166,7 @@ class World(Loop):
 
     def _layout(self, entity: EntityInfo) -> JointLayout:
         if len(entity.links) == 1:
-            # Without a joint there is nothing to ask.
+            # Without a joint no request is needed.
             return JointLayout(robot=entity.name, layout_version=entity.layout_version)
         return self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
 
@@ -178,14 +179,14 @@ class World(Loop):
             if entity is None:
                 self._drop(number)
             elif entity.layout_version != known.layout_version:
-                # Reloaded, by another client or by a restored state.
+                # Another client or a restored state reloaded it.
                 self.replaced(known, entity, known.frames if known.own else {}, known.urdf)
         for entity in there.values():
             self.add(entity, {}, own=False)
 
     def remove(self, body: Body) -> None:
         """Removes a robot from the daemon's world."""
-        # What is drawn on it is taken as long as it is there.
+        # Its drawings are removed while it still exists.
         self.drawings.flush()
         self.link_colors.flush()
         self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
@@ -194,7 +195,7 @@ class World(Loop):
     def replaced(
         self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes | None
     ) -> Body:
-        """The same robot with another description; motors are kept by joint name."""
+        """Replaces the robot by one with another description; motors are kept by joint name."""
         layout = self._layout(entity)
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf, body.link_order)
         made.files, made.kept, made.scale = body.files, body.kept, body.scale
@@ -220,20 +221,20 @@ class World(Loop):
                 del self._waiting[key]
         self.free_limits(made)
         self.forget_states()
-        # Colours go with the description that they were given to.
+        # Colours belong to their description and are lost with it.
         for link in made.colors:
             self.paint(made, link)
         return made
 
     def paint(self, body: Body, link: int) -> None:
-        """Shows the colour that the script gave a link, by PyBullet's number."""
+        """Shows the script's colour of a link, by PyBullet's number."""
         name, color = body.link_name(link), body.colors.get(link)
         if name is not None and color is not None:
             red, green, blue, alpha = (min(max(each, 0.0), 1.0) for each in color)
             self.link_colors.paint(body.robot, name, (red, green, blue, alpha))
 
     def set_surfaces(self, body: Body, surfaces: Mapping[str, Surface]) -> None:
-        """Sets friction and restitution of links, also for when the robot is loaded again."""
+        """Sets friction and restitution of links, also for later reloads of the robot."""
         known = {link: surface for link, surface in surfaces.items() if link in body.link_indices}
         if known:
             request = SetLinkPropertiesRequest(robot=body.robot, links=surfaces_to_proto(known))
@@ -242,14 +243,14 @@ class World(Loop):
             body.surfaces.update(known)
 
     def set_stays_awake(self, body: Body, stays_awake: bool) -> None:
-        """Sets whether a body sleeps, also for when the robot is loaded again, and wakes it."""
+        """Sets whether a body sleeps, also for later reloads of the robot, and wakes it."""
         self.wire.call(methods.SetLinkProperties, SetLinkPropertiesRequest(robot=body.robot, stays_awake=stays_awake))
         body.stays_awake = stays_awake
 
     def _drop(self, number: int) -> None:
         robot = self.bodies.pop(number).robot
         self._freed.append(number)
-        # As in PyBullet, the last body takes the place.
+        # As in PyBullet, the last body takes the freed index.
         last = self.serial.pop()
         if last != number:
             self.serial[self.serial.index(number)] = last
@@ -268,7 +269,8 @@ class World(Loop):
         self.beyond = {key: None for key in self.beyond if key[0] != number}
 
     def forget_constraint(self, number: int) -> Constraint | None:
-        """Takes a constraint out of the script's list, where the last one gets its place, as in PyBullet. The daemon keeps it."""
+        """Removes a constraint from the script's list, and moves the last one to its index, as in PyBullet.
+        The daemon keeps it."""
         made = self.constraints.get(number)
         if made is not None:
             numbers = list(self.constraints)
@@ -286,7 +288,7 @@ class World(Loop):
     # The loop.
 
     def step(self) -> None:
-        """One step, or the next state of a world that plays by itself."""
+        """Makes one step, or waits for the next state of a playing world."""
         self.step_began = perf_counter()
         self.advance()
         if self.beyond:
@@ -297,7 +299,7 @@ class World(Loop):
     # The world's settings.
 
     def retune(self) -> None:
-        """Motors' gains are per step: they change with the time step."""
+        """Updates the motors: their gains are per step, so they change with the time step."""
         for body in self.bodies.values():
             if body.own:
                 self.drive(body, (index for index, joint in enumerate(body.joints) if joint.has_motor))
@@ -311,43 +313,44 @@ class World(Loop):
 
     @property
     def names(self) -> str:
-        """What the daemon's names of this script's saved states, constraints and recordings begin with."""
+        """Prefix of the daemon's names of this script's saved states, constraints and recordings."""
         return f"pybullet-{self._script}-"
 
     def saved_state_number(self) -> int:
-        """The number of the next saved state."""
+        """Returns the number of the next saved state."""
         self._saved_states += 1
         return self._saved_states - 1
 
     def saved_state_name(self, number: int) -> str:
-        """The daemon's name of a saved state of this script."""
+        """Returns the daemon's name of a saved state of this script."""
         return f"{self.names}{number}"
 
     def constraint_name(self) -> str:
-        """The daemon's name of the next constraint of this script, which no other gets: a restored state may bring old ones back."""
+        """Returns the daemon's name of the next constraint of this script. It is unique: a restored state may
+        bring old ones back."""
         self._constraint_names += 1
         return f"{self.names}{self._constraint_names - 1}"
 
     def recording_name(self) -> str:
-        """The daemon's name of the next recording of this script."""
+        """Returns the daemon's name of the next recording of this script."""
         self._recordings += 1
         return f"{self.names}{self._recordings - 1}"
 
     def play(self, playing: bool) -> None:
-        """Whether steps come by themselves."""
+        """Sets whether the world makes steps automatically."""
         self.flush()
         wanted = (
             SimulationState.SIMULATION_STATE_PLAYING if playing else SimulationState.SIMULATION_STATE_PAUSED
         )
         self.wire.call(methods.SetSimulationState, SetSimulationStateRequest(state=wanted))
         self.now_playing(playing)
-        # Torques wait for a step, and these come by themselves now.
+        # Torques wait for a step, and the world now makes steps automatically.
         self.sent_if_playing()
         self.forget_states()
 
     def reset(self) -> None:
-        """PyBullet's resetSimulation: an empty world without gravity. If other clients have robots, only
-        the script's own are removed and the settings stay."""
+        """Implements PyBullet's resetSimulation: an empty world without gravity. If other clients have
+        robots, only the script's own are removed and the settings stay."""
         self.remove_own()
         if not self.bodies:
             # As in PyBullet, bodies and shapes count from 0 again.
@@ -403,7 +406,7 @@ class World(Loop):
             print(f"simd: {sentence}", file=sys.stderr)
 
     def close(self) -> None:
-        """Ends the connection, and removes the script's robots if that was asked for."""
+        """Ends the connection, and removes the script's robots if requested."""
         for number in list(self._logs):
             self.stop_log(number)
         try:
