@@ -9,7 +9,10 @@ interface NumberProperties {
   /** SI. */
   value: number;
   kind?: "length" | "angle" | "number";
-  /** What is typed is taken when it is entered or left, since something moves at once: not with each key. Escape gives the old text back. */
+  /**
+   * The text takes effect with Enter or on leaving the field, not with each key, because it moves something at once. Escape restores the
+   * old text.
+   */
   whenEntered?: boolean;
   onChange: (value: number) => void;
 }

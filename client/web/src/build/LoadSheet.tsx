@@ -1,4 +1,4 @@
-// What a robot becomes that was dropped or chosen: its name, where it is, whether its base is fixed, and what it touches with.
+// Options of a dropped or chosen robot: name, position, fixed base, and collision meshes.
 import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { loadFiles, type DroppedFile } from "../daemon/actions";
@@ -125,7 +125,7 @@ function Only({ description, others }: { description: Description | undefined; o
   );
 }
 
-/** What the user has said. */
+/** Values that the user has entered. */
 function given(values: Readonly<Record<string, string>> = {}): Record<string, string> {
   return Object.fromEntries(Object.entries(values).filter(([, value]) => value !== ""));
 }

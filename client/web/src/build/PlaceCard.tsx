@@ -1,4 +1,4 @@
-// What is placed, beside the picture: which part of which robot, and where it is, in numbers.
+// Card beside the picture with the robot or part that is being placed, and its pose in numbers.
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { noteMove, moveTo, poseOf } from "../daemon/building";
@@ -105,7 +105,7 @@ function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): J
   // One call after the other, so that the newest is the last.
   const calls = useMemo(() => new Throttle(INTERVAL), []);
   const pending = useRef<Pose | null>(null);
-  // What was asked for is shown until it is there and the next state has it.
+  // The requested pose is shown until the call has finished and the next state contains it.
   const state = frame.value?.sequence;
   useEffect(() => {
     if (!pending.current) setAsked(null);
@@ -165,7 +165,7 @@ function poseIn(robot: Robot, link: string | undefined): Pose | undefined {
   return seven?.length === 7 ? ([...seven] as unknown as Pose) : undefined;
 }
 
-/** Puts a robot there; resolves to whether it is. What is refused is said. */
+/** Moves a robot to a pose; resolves to whether it moved. A message reports a refusal. */
 async function place(robot: string, to: Pose): Promise<boolean> {
   try {
     const from = await poseOf(robot);

@@ -12,7 +12,7 @@ import { fit, selectedRobot } from "../state/view";
 import { robots } from "../state/world";
 import { inView, linesOf, type Line } from "./matching";
 
-/** Of one line, rem. */
+/** Height of a line, rem. */
 const HEIGHT = 2.25;
 
 const filter = signal("");

@@ -37,7 +37,7 @@ test("a file that is completed has all pictures", async () => {
 
 test("a file whose encoder failed has what came before the last second", async () => {
   const file = await written(100);
-  // What an encoder that has failed does to it.
+  // Simulates an encoder that has failed.
   file.output.finalize = () => Promise.reject(new Error("the encoder failed"));
   const { parts, problem } = await file.content();
   expect(problem).toBe("the encoder failed");

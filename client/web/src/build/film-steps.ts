@@ -13,7 +13,7 @@ import { FilmFile } from "./film-file";
 /** Seconds of the world between pictures, where a step is not longer. */
 const INTERVAL = 1 / 30;
 
-/** Takes one until it is ended, until a client lets the world play, or until the daemon is lost. What there is of it is saved. */
+/** Records a film until it is ended, until a client lets the world play, or until the daemon is lost. Saves all frames so far. */
 export async function filmSteps(): Promise<void> {
   const canvas = viewCanvas();
   if (!canvas || film.peek()) return;
@@ -98,7 +98,7 @@ function when<T>(source: ReadonlySignal<T>, isIt: (value: T) => boolean, stop: A
       try {
         then().then(() => resolve(true), reject);
       } catch (error) {
-        // What has set the signal has more to do.
+        // The code that set the signal still has work to do.
         reject(error);
       }
     };

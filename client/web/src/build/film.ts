@@ -6,7 +6,7 @@ import { daemonName } from "../state/world";
 
 /** Pictures a second, at most: as many as are drawn. */
 const RATE = 60;
-/** Bytes of a video that are kept: then it ends by itself. */
+/** Maximum size of a video, bytes. The film ends when it is reached. */
 export const MAX_BYTES = 512 << 20;
 const TYPES: readonly string[] = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
 

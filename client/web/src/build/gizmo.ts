@@ -17,7 +17,7 @@ export class Gizmo {
   /** Where the handles are: world_from_link, for a joint turned such that its z is the joint's axis. */
   private readonly held = new Object3D();
   private wanted: Placing | null = null;
-  /** What the drag in progress does. */
+  /** Placement that the current drag changes, and its pose at the start. */
   private drag: { placement: Placement; from: Pose } | null = null;
   private readonly calls = new Throttle(INTERVAL);
 

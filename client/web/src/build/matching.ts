@@ -12,8 +12,8 @@ export function stemOf(name: string): string {
 }
 
 /**
- * Lines for the robots whose names have all words of `filter`, in the order of the world; those of one stem are together where
- * the first is. Groups in `closed` show their heading alone; where something is looked for, all are open.
+ * Returns lines for the robots whose names contain all words of `filter`, in the order of the world. Robots of one stem stand
+ * together, at the place of the first. Groups in `closed` show their heading alone; a filter opens all groups.
  */
 export function linesOf(names: readonly string[], filter: string, closed: ReadonlySet<string>): Line[] {
   const words = filter.toLowerCase().split(/\s+/).filter((word) => word !== "");

@@ -1,4 +1,4 @@
-// What handles have been moved by, about and along the axis of a joint, and what is undone and redone of it.
+// Moves by handles, about and along the axis of a joint, and their undo and redo.
 import { createRouterTransport } from "@connectrpc/connect";
 import { expect, test, vi } from "vitest";
 import { servicesOver } from "../daemon/services";

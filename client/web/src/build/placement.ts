@@ -1,4 +1,4 @@
-// What a drag of the handles does: puts a robot elsewhere, brings the end of an arm to a place by its joints, or turns a joint.
+// Effects of dragging the handles: moves a robot, brings the end of an arm to a pose by inverse kinematics, or turns a joint.
 import { createClient, type Client } from "@connectrpc/connect";
 import { Quaternion, Vector3 } from "three";
 import { moveTo, noteMove, wirePose } from "../daemon/building";
@@ -21,7 +21,7 @@ export interface Placement {
   end(from: Pose, to: Pose): Promise<void>;
 }
 
-/** What a drag does of what is placed. */
+/** Returns the placement that a drag changes. */
 export function placed({ robot, link, joint }: Placing): Placement {
   if (joint !== undefined) return new JointPlacement(robot, joint);
   if (link !== undefined) return new LinkPlacement(robot, link);
@@ -42,7 +42,7 @@ function drivenAxes(robot: string): Axis[] {
   return axes.filter(({ joint, actuated, mimics }) => actuated && mimics === undefined && !planar.has(joint));
 }
 
-/** So many joints can hold both the place and the orientation of their end. */
+/** Minimum number of joints that can hold both the position and the orientation of their end. */
 const ENOUGH = 6;
 
 let solver: Client<typeof KinematicsService> | undefined;

@@ -4,16 +4,16 @@ import { Base } from "../gen/simd/v1/entity_pb";
 
 export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule" | "cone" | "plane" | "heights";
 
-/** What the form says of a shape: metres, kilograms. */
+/** Values of the shape form: metres, kilograms. */
 export interface ShapeForm {
   kind: ShapeKind;
   name: string;
-  /** Of a box; of a height field its size, z being that of its peaks. */
+  /** Size of a box; for a height field, its size with z as the height of its peaks. */
   size: [number, number, number];
   radius: number;
   /** Without the caps of a capsule. */
   length: number;
-  /** 0 is that of water of its volume. */
+  /** 0 stands for the mass of water of the same volume. */
   mass: number;
   fixed: boolean;
   /** The centre of what is added. */
@@ -22,7 +22,7 @@ export interface ShapeForm {
   color: string;
 }
 
-/** What is wrong with a form; undefined if nothing is. */
+/** Returns the fault of a form; undefined if it has none. */
 export function problemOf({ kind, size, radius, length, mass }: ShapeForm): string | undefined {
   const positive = (value: number): boolean => Number.isFinite(value) && value > 0;
   if ((kind === "box" || kind === "heights") && !size.every(positive)) return "Each side must be longer than 0.";

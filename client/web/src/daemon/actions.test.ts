@@ -1,4 +1,4 @@
-// What the page sends of targets, and what it says where the daemon refuses them.
+// Targets that the page sends, and its messages if the daemon refuses them.
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { beforeEach, expect, test, vi } from "vitest";
 import { JointService } from "../gen/simd/v1/joint_pb";

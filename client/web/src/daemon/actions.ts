@@ -34,7 +34,8 @@ export function setTarget(axis: Axis, mode: Mode, value: number): Promise<void> 
   const joints = frame.peek()?.joints.get(axis.robot);
   const before = joints && axisValues(axis, joints);
   const set = (to: Mode, at: number) => () => {
-    // One that waits would come after it. Sent by itself, so that it is not said to be done where the daemon refuses it.
+    // A waiting target would arrive after this one. It is sent in a separate call, so that the page does not report success
+    // after a refusal.
     targets.drop((key) => key === axis.key);
     return worded(() => sendTargets(new Map([[axis.key, { axis, mode: to, value: at }]])));
   };
@@ -229,7 +230,7 @@ async function sendPulls(values: Map<string, Pull>): Promise<void> {
     }),
   );
   await Promise.all(calls);
-  // Of a still world states are rare.
+  // A still world publishes states rarely.
   daemonConnection().pollNow();
 }
 

@@ -1,9 +1,9 @@
-// What drives a joint, asked for when they are shown: clients change gains at any time.
+// Actuators of joints, fetched each time they are shown: clients change gains at any time.
 import { services } from "./services";
 
 /** SI units. */
 export interface Actuator {
-  /** Of position targets, as they are in force; absent where the joint has no actuator. */
+  /** Gain of position targets in force; absent if the joint has no actuator. */
   stiffness?: number;
   damping?: number;
   /** Inertia of the rotor as the joint feels it; 0 is none. */
@@ -14,7 +14,7 @@ export interface Actuator {
   gravityCompensation: boolean;
 }
 
-/** That of a joint; undefined where the daemon does not say. */
+/** Returns the actuator of a joint; undefined if the daemon does not report one. */
 export async function actuatorOf(robot: string, joint: string): Promise<Actuator | undefined> {
   try {
     const { layout } = await services().joints.getJointLayout({ robot });

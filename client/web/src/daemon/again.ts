@@ -1,4 +1,4 @@
-// What this page has brought into the world, and brings in again after a restart of the daemon.
+// Robots that this page has loaded, and loads again after a restart of the daemon.
 import { restarted } from "../state/restart";
 
 /** Robots that are remembered, the newest. */

@@ -5,7 +5,7 @@ import type { Axis, Frame, Mode } from "../state/world";
 /** Milliseconds for which what was sent counts, and not what the daemon says: its state may be older. */
 const RECENT = 1000;
 
-/** What a row was set to. */
+/** Value to which a row was set. */
 export interface AxisTarget {
   axis: Axis;
   mode: Mode;
@@ -23,7 +23,10 @@ export interface BallTarget {
 export class BallTargets {
   private readonly sent = new Map<string, BallTarget & { at: number }>();
 
-  /** The targets of the ball joints among these, one a joint. The newest mode of a joint is that of all its rows. Times are milliseconds. */
+  /**
+   * Returns the targets of the ball joints among these, one a joint. The newest mode of a joint holds for all its rows. Times are
+   * milliseconds.
+   */
   of(targets: Iterable<AxisTarget>, frame: Frame | null, now: number): BallTarget[] {
     const joints = new Map<string, BallTarget>();
     for (const { axis, mode, value } of targets) {

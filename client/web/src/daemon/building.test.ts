@@ -1,4 +1,4 @@
-// What this page has brought in is its own as long as it is the same robot, whatever it is called.
+// A robot that this page has loaded belongs to it as long as it is the same robot, under any name.
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { beforeEach, expect, test, vi } from "vitest";
 import { ContactService } from "../gen/simd/v1/contact_pb";

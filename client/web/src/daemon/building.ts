@@ -1,4 +1,4 @@
-// What this page brings into the world, takes out, moves and doubles: each a change that can be undone.
+// Changes of the world by this page: loads, removes, moves and duplicates robots. Each change can be undone.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { Base, type SpawnEntityRequest, type SpawnEntityRequestSchema } from "../gen/simd/v1/entity_pb";
 import { measureLater } from "../state/report";
@@ -22,7 +22,7 @@ export interface Spawned {
   layoutVersion: bigint;
 }
 
-/** What this page asked for, by the name of the robot: it says more than the daemon's answers about a robot. */
+/** Spawn requests of this page by robot name: they contain more than the daemon's answers about a robot. */
 const asked = new Map<string, { request: Spawn; version: bigint }>();
 
 /** Brings a robot in, and selects it; but a single shape only where no robot with joints is selected. Resolves to its name; undefined where it was refused, which is said. */

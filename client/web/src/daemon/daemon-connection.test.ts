@@ -125,7 +125,7 @@ test("robots of this page that a restart of the daemon ended are offered again, 
   world.events = 1n;
   world.robots = new Map([["crate", 1n]]);
   await vi.advanceTimersByTimeAsync(10_000);
-  // What the daemon has itself is not offered, nor what this page has not brought in.
+  // The page offers no files that the daemon has, and none that this page has not loaded.
   expect(restarted.value?.robots).toEqual(["arm"]);
   await loadAgain();
   expect(again).toEqual(["arm"]);
@@ -162,7 +162,7 @@ test("values of a robot that has not changed are those of the state before", asy
   await vi.advanceTimersByTimeAsync(1000);
   expect(frame.value?.joints.get("arm")?.position).toEqual(position);
   expect(world.asked.slice(asked).map((request) => request.changesSince)).toContain(0n);
-  // A page that is seen again knows nothing of the daemon that is there by then.
+  // A page that becomes visible again knows nothing about the daemon that runs by then.
   daemonConnection.setVisible(false);
   await vi.advanceTimersByTimeAsync(1000);
   const hidden = world.asked.length;

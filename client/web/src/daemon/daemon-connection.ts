@@ -20,9 +20,11 @@ const INTERVAL = 1000 / 60;
 const WAIT = 0.02;
 /** After this many responses in a row without a new state, the world counts as idle. */
 const IDLE_AFTER = 5;
-/** After this many states in a row in which nothing moved, the world counts as still: only its time goes on. */
+/** Number of consecutive states without motion after which the world counts as still: only its time advances. */
 const STILL_AFTER = 30;
-/** Milliseconds between two calls while the world is idle or still, and seconds that the daemon waits in an idle one: no connection is held for it. */
+/**
+ * Milliseconds between two calls while the world is idle or still, and seconds that the daemon waits in an idle one. No connection is held for it.
+ */
 const IDLE_INTERVAL = 250;
 const IDLE_WAIT = 0.001;
 /** Milliseconds without a response after which the daemon is lost. */
@@ -180,11 +182,11 @@ export class DaemonConnection {
     const next = frameOf(response, this.registry.layouts(), performance.now(), forceNew ? null : this.newest);
     if (!next) return;
     this.newest = next;
-    // Of a robot that was left out before, its layout being unknown.
+    // The response omits a robot that an earlier response left out, because its layout was unknown.
     if (response.states?.robots.some(({ robot, unchanged }) => unchanged && !next.joints.has(robot))) this.forceNew = true;
     this.compare(next);
     frame.value = next;
-    // What moves now, another client may have set going.
+    // Another client may have started this motion.
     if (rested && !this.rests()) this.slow.wake();
   }
 

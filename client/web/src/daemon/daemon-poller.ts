@@ -129,7 +129,7 @@ export class DaemonPoller {
     sensors.value = response.sensors.map(sensorOf);
   }
 
-  /** Of the robot in the panel, where it has sensors. What is measured is not waited for. */
+  /** Measurements of the robot in the panel, if it has sensors. The poller does not wait for them. */
   private async fetchReadings(): Promise<void> {
     if (!this.showsSensors()) return;
     const robot = sensorsShownOf.value;
@@ -169,7 +169,7 @@ function tell(events: Event[]): { text: string; isWarning: boolean }[] {
   return described;
 }
 
-/** What has to be fetched again after these events: physics settings, constraints, sensors, recordings, and which robots. */
+/** Data that must be fetched again after these events: physics settings, constraints, sensors, recordings, and the list of robots. */
 function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; sensors: boolean; recordings: boolean; robots: Set<string> } {
   let physics = false;
   let constraints = false;

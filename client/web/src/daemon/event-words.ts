@@ -1,4 +1,4 @@
-// What happened, in words.
+// Events in words.
 import { ConstraintDeletionCause, LockstepCause, RecordingEndCause, ReleaseCause, TrajectoryOutcome, type Event } from "../gen/simd/v1/event_pb";
 import { SimulationState } from "../gen/simd/v1/simulation_pb";
 

@@ -36,7 +36,10 @@ function read(): Map<string, string> {
   }
 }
 
-/** The claim that a request is sent with: that of its robot, else that of the world, else the only one that there is. */
+/**
+ * Returns the claim that a request is sent with: the claim of its robot, else the claim of the world, else the only
+ * claim held.
+ */
 export function claimFor(request: object): string {
   const claims = heldClaims();
   if (claims.size === 0) return "";

@@ -1,4 +1,4 @@
-// What the wire says becomes what the page draws.
+// Conversion of messages from the wire into the page's types.
 import { create } from "@bufbuild/protobuf";
 import { describe, expect, test } from "vitest";
 import { ListClientsResponseSchema } from "../gen/simd/v1/client_pb";

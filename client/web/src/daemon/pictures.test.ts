@@ -88,7 +88,7 @@ test("a picture is passed on once, and so is why there is none", async () => {
   connected("live");
   const calls: [SensorPicture | undefined, string][] = [];
   const follower = new PictureFollower(() => servicesOver(transport));
-  // The loop begins with a round of its own, which is the first of these.
+  // The loop begins with a separate round, which is the first of these.
   const end = follower.follow("arm", "eye", (picture, problem) => calls.push([picture, problem]));
   await expect.poll(() => calls.length).toBe(1);
   const usual = await follower.round();

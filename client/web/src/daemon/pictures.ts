@@ -22,7 +22,7 @@ interface Followed {
   robot: string;
   sensor: string;
   onPicture: OnPicture;
-  /** Of the last picture that was passed on. */
+  /** Sequence number of the last picture that was passed on. */
   sequence: bigint;
 }
 
@@ -97,7 +97,7 @@ function ofThisPage(): PictureFollower {
   return follower;
 }
 
-/** The first plane that a picture has, as colours: depths are lighter the nearer, and links have colours of their own. */
+/** Returns the first plane of a picture as colours: depths are lighter the nearer, and each link has a separate colour. */
 export async function shownOf(picture: CameraPicture): Promise<SensorPicture> {
   const { width, height, color, depth, segmentation, stamp } = picture;
   const count = width * height;

@@ -61,9 +61,9 @@ export async function deleteRecording(name: string): Promise<void> {
   });
 }
 
-/** What is in a recording. */
+/** Contents of a recording. */
 export interface RecordingContents {
-  /** Of its first and its last message, wall seconds. */
+  /** Time from its first to its last message, wall seconds. */
   duration: number;
   topics: { topic: string; schema: string; messages: number }[];
 }

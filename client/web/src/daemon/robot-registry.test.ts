@@ -1,4 +1,4 @@
-// What is to be fetched again is fetched, whatever is on its way meanwhile.
+// Data that changed is fetched again, even if a request for it is already running.
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { EntityService } from "../gen/simd/v1/entity_pb";
@@ -12,7 +12,7 @@ const VERSIONS = new Map([["arm", 1n]]);
 
 let holder = "";
 let alive = true;
-/** What an answer waits for. */
+/** Promise for which an answer waits. */
 let held: Promise<void> = Promise.resolve();
 
 const services = servicesOver(

@@ -54,7 +54,7 @@ export function servicesOver(transport: Transport): Services {
 let ours: Services | undefined;
 let way: Transport | undefined;
 
-/** What carries the calls of this page: for clients of services that most visits do not need. */
+/** Transport of this page's calls, for clients of services that most visits do not need. */
 export function transport(): Transport {
   way ??= createGrpcWebTransport({ baseUrl: location.origin, useBinaryFormat: true, interceptors: [identify(tabName())] });
   return way;

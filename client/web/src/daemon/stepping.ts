@@ -4,10 +4,13 @@ import { messageOf } from "./error-message";
 import { daemonConnection } from "./page";
 import { services } from "./services";
 
-/** Milliseconds that a call may still take once it is stopped: mostly the daemon steps in any case, and then what is seen has the step. */
+/** Milliseconds that a stopped call may still take. The daemon mostly finishes the step, and the state that is shown then contains it. */
 const GRACE = 2000;
 
-/** Steps the world; resolves to the sequence of the state then, or to undefined where it was stopped, or where the daemon refuses, which is said. */
+/**
+ * Steps the world. Resolves to the sequence of the state after the step. Resolves to undefined if it was stopped, or if the daemon refuses, which a
+ * message reports.
+ */
 export async function stepAndSee(steps: number, stop: AbortSignal): Promise<bigint | undefined> {
   const cut = new AbortController();
   const cutLater = () => setTimeout(() => cut.abort(), GRACE);

@@ -6,7 +6,7 @@ export class Throttle {
   private busy = false;
   private ended = false;
 
-  /** Milliseconds from the beginning of a call to that of the next one, at least. */
+  /** `interval`: minimum time between the starts of two calls, milliseconds. */
   constructor(private readonly interval: number) {}
 
   /** Asks for a call instead of the one that waits. `call` must not reject. */

@@ -1,4 +1,4 @@
-// What pages share with programs: markers, cameras, keys and mouse.
+// Data that pages share with programs: markers, cameras, keys and mouse.
 import { batch } from "@preact/signals";
 import type { NextViewResponse } from "../gen/simd/v1/view_pb";
 import { cameraTarget, shownCamera, type ShownCamera } from "../state/camera";
@@ -19,7 +19,7 @@ const CAMERA_INTERVAL = 100;
 /** Seconds; 0 would mean the default of one second. */
 const NO_WAIT = 0.001;
 const CALL = { timeoutMs: 5000 };
-/** Of events in one report. */
+/** Maximum number of events in one report. */
 const MOST_INPUT = 256;
 
 /** Makes one call after the other, none of which waits at the daemon. */
@@ -65,7 +65,7 @@ export class ViewLink {
   private async fetch(): Promise<void> {
     const afterVersion = this.version;
     const answer = await this.services.view.nextView({ afterVersion, timeout: NO_WAIT }, CALL);
-    // Whose token is a viewer's cannot report.
+    // A viewer's token does not allow reports.
     inputFor.value = answer.wantsInput && role.value !== "viewer" ? answer.inputClient : null;
     if (answer.version === afterVersion) return;
     this.version = answer.version;

@@ -26,7 +26,7 @@ const ENDINGS: readonly (readonly [RegExp, Kind])[] = [
   [/\.xacro$/i, "xacro"],
 ];
 
-/** What the first element of an XML file says that the file is. */
+/** Kind of an XML file by its first element. */
 const ROOTS: Readonly<Record<string, Kind>> = { robot: "URDF", sdf: "SDF", mujoco: "MJCF" };
 
 /** The elements that are counted. */
@@ -73,7 +73,7 @@ function level(path: string): number {
   return path.split("/").length - (nameOf(parent(path)) === "urdf" ? 1 : 0);
 }
 
-/** What a file is called in a list: with its folders where another has its name. */
+/** Returns the name of a file in a list, with its folders if another file has the same name. */
 export function shownPath(path: string, paths: readonly string[]): string {
   const alike = paths.filter((other) => nameOf(other) === nameOf(path));
   return alike.length > 1 ? path : nameOf(path);

@@ -1,4 +1,4 @@
-// What the daemon takes, which the page looks at before it sends anything: a message that is too long ends the connection without a word.
+// Limits of the daemon that the page checks before it sends anything. A message that is too long ends the connection without an error.
 import { limits } from "../state/world";
 
 /** Throws the sentence that other clients give where bytes are more than the daemon takes. */

@@ -22,16 +22,19 @@ export interface DroppedFile {
   file: File;
 }
 
-/** What dropped robots become. */
+/** Options of dropped robots. */
 export interface LoadOptions {
-  /** Empty is that of the description. */
+  /** Empty stands for the name in the description. */
   name: string;
-  /** World, metres; what is absent is beside the other robots. With none of the three it stands on the ground. Of several robots that of the first. */
+  /**
+   * Position in the world, metres. Absent coordinates put the robot beside the others. Without all three it stands on the ground. With several
+   * robots this is the position of the first.
+   */
   position?: Partial<Place>;
   /** About the world's z, radians. */
   yaw: number;
   base: "described" | "fixed" | "free";
-  /** What collision meshes become. */
+  /** Collision shape that is made from meshes. */
   meshes: "mesh" | "hull" | "parts";
   /** Lengths are multiplied by it. */
   scale: number;
@@ -44,10 +47,10 @@ interface Place {
   z: number;
 }
 
-/** What is chosen where nothing is said: most dropped robots are arms, which would fall in an empty world. */
+/** Default options: most dropped robots are arms, which would fall in an empty world. */
 export const DEFAULT_OPTIONS: LoadOptions = { name: "", yaw: 0, base: "fixed", meshes: "mesh", scale: 1 };
 
-/** Of a xacro's own messages, those that are shown. */
+/** Maximum number of a xacro's messages that are shown. */
 const MOST_MESSAGES = 3;
 
 const BASES: Record<LoadOptions["base"], Base> = { described: Base.UNSPECIFIED, fixed: Base.FIXED, free: Base.FREE };
@@ -56,12 +59,12 @@ const SHAPES: Record<LoadOptions["meshes"], MeshShapes> = { mesh: MeshShapes.MES
 type Entities = Services["entities"];
 type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 type Source = MessageInitShape<typeof DescriptionSourceSchema>;
-/** Is called with each robot that is loaded, what was asked for, whether the page lifts it onto the ground, and the file that was chosen. */
+/** Called for each loaded robot with the request, whether the page lifts it onto the ground, and the chosen file. */
 type OnLoaded = (entity: EntityInfo, request: Spawn, isLifted: boolean, choice: Chosen) => void;
-/** The same of one file. */
+/** Called for each robot of one file. */
 type OnLoadedOne = (entity: EntityInfo, request: Spawn, isLifted: boolean) => void;
 
-/** Loads descriptions that are among the files, one after the other. Rejects with the error of the daemon, or with one of its own. */
+/** Loads descriptions that are among the files, one after the other. Rejects with the error of the daemon or of the page. */
 export async function loadDropped(entities: Entities, dropped: DroppedFile[], chosen: readonly Chosen[], options = DEFAULT_OPTIONS, loaded: OnLoaded = () => undefined): Promise<void> {
   const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
   loading.value = { what: nameOf(chosen[0]?.path ?? ""), phase: "reading", done: 0, total: 0, item: "" };
@@ -108,8 +111,7 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   const locator = new Locator(tree, urdf);
   const found: Found = { hashes: {}, paths: new Map(), missing: {}, known: new Map() };
   const sent = new Set<string>();
-  // What an SDF or MJCF includes names more, and so does a mesh: pictures, and materials. A file is looked for once, so that
-  // this ends.
+  // Files that an SDF or MJCF includes name more files. Meshes name pictures and materials. Each file is searched once, so the loop ends.
   for (;;) {
     const named = prepared.assets.map((asset) => asset.uri).filter((uri) => !(uri in found.hashes || uri in found.missing));
     await find(files, locator, named, found);
@@ -138,11 +140,11 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   }
   const isLifted = Object.keys(given(options.position)).length === 0;
   const entity = keepReport(spawned, request.base !== Base.FIXED, isLifted);
-  // Of several robots each would bring all.
+  // With several robots, each would load all of them again.
   if (spawned?.others.length === 0) loaded(entity, request, isLifted);
 }
 
-/** What is asked for. An SDF or MJCF says itself what is fixed, unless the user says otherwise. */
+/** The request. An SDF or MJCF states which links are fixed, unless the user chooses otherwise. */
 function requestOf(source: Source, { name, yaw, base, meshes, scale }: LoadOptions, position: Place, saysBase: boolean): Spawn {
   const pose = {
     position,

@@ -3,8 +3,8 @@ import { sha256 as digestOf } from "@noble/hashes/sha2.js";
 import { bytesToHex } from "@noble/hashes/utils.js";
 
 /**
- * Lower-case hexadecimal. Browsers have SHA-256, off the main thread, on pages that came by https or from this
- * machine alone; the package serves all others, at about a seventh of the speed.
+ * Returns the SHA-256 digest in lower-case hexadecimal. Browsers compute it off the main thread, but only on
+ * pages from https or from this machine. The package serves all other pages at about a seventh of the speed.
  */
 export async function sha256(bytes: Uint8Array<ArrayBuffer>): Promise<string> {
   // TypeScript does not know that it may be absent.

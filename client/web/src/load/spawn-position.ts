@@ -6,7 +6,7 @@ import { services } from "../daemon/services";
 const DISTANCE = 1;
 /** Metres between other robots and the nearest part of the new one. */
 const GAP = 0.2;
-/** What cannot be walked around is ground: metres along x and along y. */
+/** Extent from which an object counts as ground, because a robot cannot be placed beside it: metres along x and along y. */
 const WIDE = 10;
 
 /** How far a robot reaches along y, metres. */

@@ -9,7 +9,7 @@ export class Tree {
   private readonly children = new Map<string, Set<string>>([["/", new Set()]]);
   private readonly manifests = new Map<string, string>();
 
-  /** Of paths below `MOUNT`, and the text of each `package.xml` by its path. */
+  /** `paths` are below `MOUNT`; `manifests` has the text of each `package.xml` by its path. */
   constructor(paths: Iterable<string>, manifests: ReadonlyMap<string, string>) {
     for (const path of paths) this.add(path);
     for (const [path, text] of manifests) {

@@ -1,4 +1,4 @@
-// What a xacro file asks for.
+// Arguments that a xacro file declares.
 import { expect, test } from "vitest";
 import { argumentsIn } from "./xacro";
 

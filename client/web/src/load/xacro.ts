@@ -12,7 +12,7 @@ const MOST_BYTES = 4 << 20;
 export interface Chosen {
   /** Among the dropped files. */
   path: string;
-  /** Of a xacro, `$(arg NAME)` by name. */
+  /** Values of a xacro's `$(arg NAME)` by name. */
   values: Readonly<Record<string, string>>;
 }
 
@@ -28,7 +28,7 @@ export function isXacro(path: string): boolean {
   return /\.xacro$/i.test(path);
 }
 
-/** What a file declares by `<xacro:arg>`, each name once. */
+/** Returns the arguments that a file declares by `<xacro:arg>`, each name once. */
 export function argumentsIn(text: string): XacroArgument[] {
   const found = new Map<string, XacroArgument>();
   for (const [, attributes = ""] of text.replace(/<!--[^]*?-->/g, "").matchAll(/<xacro:arg\s([^>]*)>/g)) {

@@ -1,7 +1,7 @@
 // Opens a zip that was dropped: nothing in it is trusted, neither its sizes nor its names.
 import type { DroppedFile } from "./load";
 
-/** What an archive may hold. */
+/** Limits of an archive's contents. */
 export interface ZipLimits {
   /** Files and folders. */
   entries: number;
@@ -29,7 +29,7 @@ interface Entry {
   method: number;
   packed: number;
   size: number;
-  /** Of its local header. */
+  /** Offset of its local header, bytes. */
   offset: number;
 }
 
@@ -39,8 +39,8 @@ export function isZip(name: string): boolean {
 }
 
 /**
- * The files in an archive, below a folder with the name of the archive, unless they share a folder already: packages are found by the
- * names of their folders. Throws an error for the user. `progress` is called with the bytes that are unpacked, of all.
+ * Returns the files in an archive, below a folder with the archive's name unless they share a folder already: packages are found by
+ * folder names. Throws an error for the user. `progress` is called with the unpacked and the total number of bytes.
  */
 export async function openZip(zip: File, limits = ZIP_LIMITS, progress: (done: number, total: number, item: string) => void = () => undefined): Promise<DroppedFile[]> {
   const entries = await entriesOf(zip, limits);

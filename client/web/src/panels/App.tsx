@@ -43,7 +43,7 @@ import { TopBar } from "./TopBar";
 import { ViewToggles } from "./ViewToggles";
 import { keepTitle } from "./title";
 
-// What most visits never open.
+// Parts that most visits never open.
 const RecordingsSheet = lazy(async () => (await import("./RecordingsSheet")).RecordingsSheet, "The list of recordings", () => (recordingsOpen.value = false));
 const HelpSheet = lazy(async () => (await import("./HelpSheet")).HelpSheet, "The help", () => (helpOpen.value = null));
 const PictureSheet = lazy(async () => (await import("./PictureSheet")).PictureSheet, "The sheet for pictures", () => (pictureOpen.value = false));

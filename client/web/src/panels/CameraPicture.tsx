@@ -1,4 +1,4 @@
-// What a robot's camera sees, while the panel is open.
+// Pictures of a robot's camera, while the panel is open.
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { followPicture } from "../daemon/pictures";
@@ -11,7 +11,7 @@ export function CameraPicture({ robot, sensor }: { robot: string; sensor: string
   useEffect(() => {
     const end = followPicture(robot, sensor, (picture, problem) => {
       setSaid(picture ? `at ${picture.time.toFixed(3)} s` : problem);
-      // What is old is not shown beside a world that has moved on.
+      // An old picture is not shown beside a world that has moved since.
       keepPicture(sensor, picture);
       const element = canvas.current;
       if (!element || !picture) return;

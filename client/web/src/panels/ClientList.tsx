@@ -1,4 +1,4 @@
-// Who is connected: this page first, with whose token it has, what that allows, and the way out.
+// Connected clients: this page first, with its token's name, the token's role, and the button to log out.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { releaseAll } from "../daemon/claims";
@@ -32,7 +32,7 @@ export function ClientList(): JSX.Element {
 
 const leaving = signal(false);
 
-/** Whose token this page has. */
+/** Name of this page's token. */
 function Token({ role: own }: { role: Role }): JSX.Element {
   return (
     <div class="who" data-testid="who-am-i">

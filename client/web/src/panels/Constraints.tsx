@@ -1,4 +1,4 @@
-// What holds links together, with its force; each can be removed.
+// Constraints between links, with their forces; each can be removed.
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { deleteConstraint } from "../daemon/actions";

@@ -1,4 +1,4 @@
-// What to do first, shown while the world is empty: load a robot, take the demo arm, or read how.
+// First actions, shown while the world is empty: load a robot, take the demo arm, or read how.
 import { signal } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
 import { addDemoArm } from "../daemon/actions";

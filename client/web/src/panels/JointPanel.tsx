@@ -24,7 +24,7 @@ import { openReport } from "./ReportSheet";
 import { Sensors } from "./Sensors";
 import { shownRobot } from "./shown-robot";
 
-// What most visits never open.
+// Parts that most visits never open.
 const Structure = lazy(async () => (await import("./Structure")).Structure, "The structure", () => (panelPart.value = "joints"));
 
 const filter = signal("");
@@ -178,7 +178,7 @@ const PARTS: readonly { part: PanelPart; label: string; title: string }[] = [
   { part: "structure", label: "Structure", title: "Links and joints with masses, inertias, limits, gains and looks (I)" },
 ];
 
-/** What is shown of the robot. */
+/** Choice of the part of the robot that the panel shows. */
 function Parts(): JSX.Element {
   return (
     <div class="segments panel-parts" role="group" aria-label="What is shown of the robot">
@@ -200,7 +200,7 @@ function Parts(): JSX.Element {
   );
 }
 
-/** What narrows the list, and the unit of angles. */
+/** Filters of the list, and the unit of angles. */
 function JointTools(): JSX.Element {
   return (
     <div class="joint-tools">
@@ -249,7 +249,7 @@ function JointList({ robot }: { robot: Robot }): JSX.Element {
   const groups = useComputed(() => {
     const { axes } = shownRobot.value ?? robot;
     const found = axes.filter(({ label }) => matches(label, filter.value));
-    // What was looked for may be in the words that a heading takes from the names.
+    // The filter may match the words that a heading takes from the names.
     if (filter.value.trim() !== "") return [{ heading: "", rows: found.map((item) => ({ item, label: item.label })) }];
     return grouped<Axis>(found, ({ label }) => label);
   });

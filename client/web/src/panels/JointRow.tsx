@@ -57,7 +57,7 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
   });
   const world = useComputed(() => simulation.value.state);
   const disabled = useComputed(() => robots.value.find(({ name }) => name === axis.robot)?.disabledReason);
-  // What is no part of a state of the joints.
+  // Updates the row when values change that are not part of a joint state.
   useSignalEffect(() => {
     void [world.value, disabled.value];
     if (control.current) show(control.current);

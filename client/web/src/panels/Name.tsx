@@ -8,7 +8,7 @@ const letters = new Intl.Segmenter(undefined, { granularity: "grapheme" });
 
 /** A name in two parts, of which the first may be shortened, cut between what readers take for letters. Short names have no second part. */
 export function splitName(name: string): [string, string] {
-  // Of a name of megabytes only so much is looked at.
+  // Only the ends of a name are read, even if it has megabytes.
   if (name.length < 2 * END) return [name, ""];
   const tail = [...letters.segment(name.slice(-8 * END))];
   const end = tail.slice(-END).map(({ segment }) => segment).join("");

@@ -5,7 +5,7 @@ import { whyNotAll } from "../state/permission";
 import { chosenFiles } from "./dropped-files";
 import { takeFiles } from "./take-files";
 
-/** What the dialog of files shows. */
+/** Endings of the files that the dialog shows. */
 const ACCEPTED = ".urdf,.xacro,.sdf,.world,.mjcf,.xml,.zip,.mcap";
 
 interface Properties {

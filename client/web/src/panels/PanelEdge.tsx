@@ -2,7 +2,7 @@
 import type { JSX } from "preact";
 import { panelWidth } from "../state/view";
 
-/** Bounds in rem; the default is that of the style sheet. */
+/** Bounds in rem; the default is the style sheet's. */
 const NARROWEST = 18;
 const WIDEST = 60;
 const DEFAULT = 24;

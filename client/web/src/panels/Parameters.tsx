@@ -42,7 +42,7 @@ const PENDING_TIMEOUT = 1500;
 function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const { name, minimum, maximum } = parameter;
   const [own, setOwn] = useState<{ value: number } | null>(null);
-  /** What is in the number box while it is edited: the list is rendered anew whenever any parameter changes. */
+  /** Text of the number box while it is edited: the list is rendered again whenever any parameter changes. */
   const [typed, setTyped] = useState<string | null>(null);
   const dragging = useRef(false);
   // A refused value must not be shown until the next change of the parameters.
@@ -134,7 +134,7 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   );
 }
 
-/** What was typed, computed; NaN if it cannot be. */
+/** Returns the value of the typed expression; NaN if it has none. */
 function valueOf(text: string): number {
   try {
     return compute(text.trim()).value;

@@ -50,7 +50,7 @@ export function Recorder(): JSX.Element {
   );
 }
 
-/** Begins a recording with a name of its own, or ends the one that is being made. */
+/** Begins a recording under a new name, or ends the current one. */
 export function toggleRecording(): void {
   void (beingMade.peek() ? stopRecording() : startRecording());
 }

@@ -144,7 +144,7 @@ function Row({ recording }: { recording: RecordingInfo }): JSX.Element {
   );
 }
 
-/** What is in it, asked for when it is opened: the daemon reads the whole recording for it. */
+/** Contents of a recording, fetched when it is opened: the daemon reads the whole recording for it. */
 function Contents({ name }: { name: string }): JSX.Element {
   const [contents, setContents] = useState<RecordingContents | undefined>();
   const [failed, setFailed] = useState(false);

@@ -1,4 +1,4 @@
-// What a robot's sensors measured last.
+// Latest measurements of a robot's sensors.
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { readings, sensors, sensorsShownOf, type Sensor } from "../state/sensors";

@@ -163,7 +163,7 @@ function ActuatorFacts({ robot, joint }: { robot: string; joint: SceneJoint }): 
   );
 }
 
-/** What a link looks like, and what it touches with. */
+/** Appearance of a link, and its collision shapes. */
 function LookFacts({ scene, link }: { scene: RobotScene; link: SceneLink }): JSX.Element {
   const index = scene.links.indexOf(link);
   const looks = scene.visuals.filter((shape) => shape.link === index);

@@ -77,7 +77,7 @@ function Transport(): JSX.Element {
   );
 }
 
-/** Who alone plays, pauses and resets; or the button to be that. */
+/** Holder of the world's claim, who alone plays, pauses and resets; or the button to take it. */
 function WorldClaim(): JSX.Element {
   const holder = useComputed(() => simulation.value.claimedBy).value;
   if (holder === "" || holder === ownName.value) return <ClaimButton what={WORLD} holder={holder} whyNot={whyNotChange.value} />;
@@ -151,7 +151,7 @@ function Clients(): JSX.Element | null {
   );
 }
 
-/** What happened lately, newest first. */
+/** Recent events, newest first. */
 function Happenings(): JSX.Element | null {
   if (happenings.value.length === 0) return null;
   return (

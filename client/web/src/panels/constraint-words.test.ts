@@ -1,4 +1,4 @@
-// What the panel says of constraints.
+// Words of the panel for constraints.
 import { expect, test } from "vitest";
 import type { Constraint } from "../state/constraints";
 import { meaning, offBy, reading, undrawn } from "./constraint-words";

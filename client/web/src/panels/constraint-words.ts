@@ -1,4 +1,4 @@
-// What the panel says of constraints.
+// Words of the panel for constraints.
 import { MOST_DRAWN, type Constraint } from "../state/constraints";
 import { shortened } from "./quantity";
 
@@ -7,7 +7,7 @@ export function undrawn(count: number): string {
   return count > MOST_DRAWN ? `Only the first ${MOST_DRAWN} of these ${count} are drawn.` : "";
 }
 
-/** What a constraint did over the last step, and how much it may do where that is bounded. */
+/** Returns the force of a constraint over the last step, and its bound if it has one. */
 export function reading({ kind, force, torque, maxForce }: Constraint): string {
   const [ofForce, ofTorque] = [size(force), size(torque)];
   const limit = Number.isFinite(maxForce) ? ` of ${shortened(maxForce)}` : "";
@@ -24,7 +24,7 @@ export function offBy({ kind, positionError, angleError, torque }: Constraint): 
   return size(torque) > 0 ? `${shortened(positionError)} rad` : shift;
 }
 
-/** What the reading is. */
+/** Returns the meaning of the reading. */
 export function meaning({ kind }: Constraint): string {
   if (kind === "gear") return "What the gear does to its child's joint, about the joint's axis or along it, over the last step";
   return "Force and torque on the child over the last step";

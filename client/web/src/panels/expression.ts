@@ -64,7 +64,7 @@ class Reader {
       const operator = this.take(/^[+-]/);
       if (operator === undefined) return all;
       const next = this.product(depth);
-      // What is a part of pi is in radians, which are SI.
+      // A multiple of pi is in radians, which are SI.
       const fits = all.hasUnit === next.hasUnit || (all.hasUnit ? next.hasPi : all.hasPi);
       if (!fits) throw new Unreadable("mixed", this.typed);
       all = {

@@ -70,7 +70,7 @@ function splitBy<T>(entries: Entry<T>[], from: number): { depth: number; rows: E
   return alone.length > 0 ? [{ depth: 0, rows: alone }, ...groups] : groups;
 }
 
-/** Entries by one of their words; a name without further words has a group of its own. */
+/** Groups entries by one of their words; a name without further words has a separate group. */
 function collect<T>(entries: Entry<T>[], at: number): Map<string, Entry<T>[]> {
   const by = new Map<string, Entry<T>[]>();
   for (const entry of entries) {

@@ -5,8 +5,8 @@ import { useEffect } from "preact/hooks";
 import { toast } from "../state/toasts";
 
 /**
- * A part that renders nothing until its code is there. `what` it is, with an article, is said where the daemon does not give it; `close` is then
- * called.
+ * Returns a part that renders nothing until its code is loaded. If the daemon does not serve the code, a message names the part by `what`, with
+ * an article, and `close` is called.
  */
 export function lazy<P extends object>(load: () => Promise<FunctionComponent<P>>, what: string, close: () => void = () => undefined): (properties: P) => JSX.Element | null {
   const loaded = signal<{ Part: FunctionComponent<P> } | null>(null);

@@ -34,7 +34,7 @@ export class PendingTarget {
     return this.held;
   }
 
-  /** The target to show; `known` is that of the daemon. */
+  /** Returns the target to show; `known` is the daemon's target. */
   shown(known: Target, now: number): Target {
     const { last } = this;
     if (!last) return known;
@@ -46,7 +46,7 @@ export class PendingTarget {
   }
 }
 
-/** A passive joint has no target, and the daemon sets that of a joint that holds. */
+/** A passive joint has no target, and the daemon sets the target of a joint that holds. */
 function isSame(pending: Target, known: Target): boolean {
   if (pending.mode !== known.mode) return false;
   return pending.mode === "passive" || pending.mode === "hold" || Math.abs(pending.value - known.value) <= 1e-9 * (1 + Math.abs(known.value));

@@ -1,4 +1,4 @@
-// What hidden characters become.
+// Replacements of hidden characters.
 import { h } from "preact";
 import { expect, test } from "vitest";
 import { escapeHiddenCharacters, printable } from "./printable";

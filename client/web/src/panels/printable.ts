@@ -17,7 +17,7 @@ export function printable(text: string): string {
   return text.replace(HIDDEN, (hidden) => `\\u{${hidden.codePointAt(0)?.toString(16) ?? ""}}`);
 }
 
-/** A child of an element, or its children. What is not text stays the same object. */
+/** Makes a child of an element, or its children, printable. Objects other than text stay the same. */
 function child(node: unknown): unknown {
   if (typeof node === "string") return printable(node);
   return Array.isArray(node) && node.some((each) => typeof each === "string" || Array.isArray(each)) ? node.map(child) : node;

@@ -1,4 +1,4 @@
-// What people may type into a number box, and what they read there.
+// Texts that people may type into a number box, and texts that it shows.
 import { expect, test } from "vitest";
 import { digits, parse, shortened, threeDigits, unitOf } from "./quantity";
 

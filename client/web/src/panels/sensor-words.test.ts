@@ -1,4 +1,4 @@
-// What sensors measured, in words.
+// Measurements of sensors in words.
 import { expect, test } from "vitest";
 import { words } from "./sensor-words";
 

@@ -1,4 +1,4 @@
-// What a sensor measured, in words.
+// Measurements of sensors in words.
 import type { Measurement } from "../state/sensors";
 import { shortened } from "./quantity";
 

@@ -38,7 +38,7 @@ export function playOrPause(): void {
   void (simulation.peek().state === "playing" ? pause() : play());
 }
 
-/** The same of the recording that is shown, if there is one. */
+/** Plays or pauses the recording that is shown; without one, the world. */
 function playOrPauseShown(): void {
   const shown = playback.peek();
   if (shown) shown.player.toggle();

@@ -5,7 +5,7 @@ import { loading } from "../state/report";
 import { toast } from "../state/toasts";
 import { tool } from "../state/tools";
 
-/** Takes files once they are found. What goes wrong is said in a message. */
+/** Takes files once they are found. A message reports errors. */
 export async function takeFiles(finding: Promise<DroppedFile[]>): Promise<void> {
   try {
     const files = await opened(await finding);

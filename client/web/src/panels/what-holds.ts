@@ -1,11 +1,11 @@
-// What keeps a joint from its target, in a word for its row and a sentence for who asks: from what the daemon says of it.
+// Reason why a joint misses its target, from the daemon's answers: a word for its row, and a sentence as an explanation.
 import type { Axis, Mode } from "../state/world";
 
-/** What is known of a joint and its world. */
+/** Known state of a joint and its world. */
 export interface Situation {
   axis: Pick<Axis, "label" | "kind" | "lower" | "upper" | "effortLimit">;
   mode: Mode;
-  /** Of the mode's quantity. */
+  /** Target in the mode's quantity. */
   target: number;
   position: number;
   velocity: number;
@@ -27,7 +27,7 @@ const SATURATED = 1;
 const AT_LOWER = 2;
 const AT_UPPER = 4;
 
-/** What a target may be missed by: rad or m, and the same a second. */
+/** Tolerance of a target: rad or m; for velocities rad/s or m/s. */
 const CLOSE = { angle: 0.01, length: 0.002 } as const;
 
 /** From what holds all joints to what holds one; the first that holds is said. */
@@ -48,7 +48,7 @@ const HOLDS: readonly ((situation: Situation) => Hold | undefined)[] = [
   },
 ];
 
-/** What holds a joint; undefined if nothing is known to. */
+/** Returns the reason why a joint misses its target; undefined if none is known. */
 export function whatHolds(situation: Situation): Hold | undefined {
   for (const hold of HOLDS) {
     const found = hold(situation);

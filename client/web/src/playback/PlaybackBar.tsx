@@ -132,7 +132,7 @@ function SpeedChoice({ player }: { player: Player }): JSX.Element {
   );
 }
 
-/** What happened, as a list that leads there. */
+/** List of events; each seeks to its time. */
 function Events({ player, markers }: { player: Player; markers: readonly Marker[] }): JSX.Element | null {
   if (markers.length === 0) return null;
   return (

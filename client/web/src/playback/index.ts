@@ -1,4 +1,4 @@
-// What playing a recording takes, in one place: it is loaded with the first recording.
+// Code for playback in one module, which is loaded with the first recording.
 import { effect } from "@preact/signals";
 import type { Source } from "../recording/source";
 import { Timeline } from "../recording/timeline";

@@ -48,7 +48,7 @@ export class Overview {
     return this.columns.get(name) ?? new Float64Array(0);
   }
 
-  /** Reads the recording until all of it is there, or the bound is reached. Resolves to whether all is there. */
+  /** Reads the recording until it is complete, or the bound is reached. Resolves to whether it is complete. */
   async read(): Promise<boolean> {
     const spans = this.timeline.spans();
     let bytes = 0;
@@ -88,7 +88,10 @@ export class Overview {
     });
   }
 
-  /** What is damaged is a gap; the time line says why. What cannot be had now is asked for until it comes, or all is stopped. */
+  /**
+   * Damaged parts are gaps; the time line says why. Parts that the daemon cannot send now are requested until they come, or
+   * all is stopped.
+   */
   private async statesOf(first: number): Promise<readonly ReadonlyMap<string, JointState>[]> {
     while (!this.stopped) {
       try {

@@ -4,7 +4,7 @@ import type { RecordedState, Timeline } from "../recording/timeline";
 
 /** How fast a recording can be played, simulated seconds a second. */
 export const SPEEDS: readonly number[] = [0.1, 0.2, 0.5, 1, 2, 5, 10];
-/** Milliseconds that one picture may take from the time that passes: a page that was hidden goes on where it was. */
+/** Maximum time by which one picture advances, milliseconds: a page that was hidden continues where it was. */
 const MAX_TICK = 250;
 
 /** Plays one recording until it is stopped. */
@@ -17,7 +17,7 @@ export class Player {
   readonly shown = signal<RecordedState | null>(null);
   /** The state that is wanted is being read. */
   readonly waiting = signal(true);
-  /** What could not be read. */
+  /** Parts that could not be read. */
   readonly problems = signal<readonly string[]>([]);
   private request = 0;
   private last = 0;
@@ -27,7 +27,7 @@ export class Player {
 
   constructor(
     readonly timeline: Timeline,
-    /** What the recording is called. */
+    /** Name of the recording. */
     readonly name: string,
   ) {
     this.seek(0);
@@ -104,7 +104,7 @@ export class Player {
       for (let number = -1; number !== this.wanted && !this.stopped; ) {
         number = this.wanted;
         this.waiting.value = this.shown.peek() === null || !this.timeline.isReady(number);
-        // What cannot be had now is asked for until it comes; the timeline pauses between.
+        // A state that cannot be fetched now is requested until it comes; the timeline pauses meanwhile.
         const state = await this.timeline.state(number).catch(() => undefined);
         if (!state) number = -1;
         else if (!this.stopped && !this.playing.peek()) this.take(state);

@@ -28,9 +28,9 @@ const INTERVAL = 50;
 const SPANS: readonly number[] = [2, 5, 10, 30, SPAN, 180, SERIES_SPAN];
 const span = computed(() => (SPANS.includes(plotSpan.value) ? plotSpan.value : 10));
 const zoom = signal<Extent | null>(null);
-/** A copy that is shown while the plots are paused; the recording goes on. */
+/** Copy that is shown while the plots are paused; the recorder continues. */
 const paused = signal<Samples | null>(null);
-/** The same of what is plotted beside joints. */
+/** Copy of the series beside joints, shown while the plots are paused. */
 const pausedSeries = signal<Samples | null>(null);
 /** The quantity that is shown on a narrow page. */
 const front = signal<Quantity>("position");

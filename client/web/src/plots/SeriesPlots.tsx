@@ -12,7 +12,7 @@ import { seriesRecording } from "./series-recorder";
 import type { Samples } from "./samples";
 import type { Extent } from "./visible";
 
-/** Series at the most. */
+/** Maximum number of series. */
 const MOST = 64;
 
 interface Shown extends Series {

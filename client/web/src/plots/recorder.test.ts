@@ -1,4 +1,4 @@
-// What is recorded of the world, and the file that is made of it.
+// Recording of the world, and the file that is made from it.
 import { beforeEach, expect, test } from "vitest";
 import { frame, robots, type Axis, type Frame, type JointValues, type Mode } from "../state/world";
 import { plottedSlots } from "../state/view";

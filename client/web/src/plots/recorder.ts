@@ -15,7 +15,7 @@ const MAX_SAMPLES = 40_000;
 /** Upper bound of joints that are recorded without being plotted, so that a new plot has a past. */
 const MAX_UNPLOTTED = 40;
 
-/** What is recorded of a joint. */
+/** Recorded quantities of a joint. */
 export type Recorded = Quantity | "target" | "mode";
 const PARTS: readonly Recorded[] = ["position", "velocity", "effort", "target", "mode"];
 /** A mode is recorded as its index here. */

@@ -1,4 +1,4 @@
-// What a recording keeps, and what it forgets.
+// Samples that a recording keeps, and those that it drops.
 import { expect, test } from "vitest";
 import { Samples } from "./samples";
 

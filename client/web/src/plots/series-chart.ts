@@ -10,7 +10,7 @@ import { indicesBetween, valueExtent, type Extent } from "./visible";
 export interface SeriesLine {
   key: string;
   label: string;
-  /** Of its colour, 0 to 7. */
+  /** Number of its colour, 0 to 7. */
   slot: number;
 }
 

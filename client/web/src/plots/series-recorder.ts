@@ -1,4 +1,4 @@
-// Records the series that are plotted, from each state that the page receives, while the drawer's code is there.
+// Records the plotted series from each state that the page receives, once the drawer's code is loaded.
 import { effect } from "@preact/signals";
 import { plottedSeries } from "../state/view";
 import { frame, type Frame } from "../state/world";

@@ -1,4 +1,5 @@
-// What can be plotted beside joints: places and speeds of links, contact forces, readings of sensors, parameters and statistics.
+// Quantities that can be plotted beside joints: positions and speeds of links, contact forces, readings of sensors, parameters
+// and statistics.
 import { computed } from "@preact/signals";
 import { shownRobot } from "../panels/shown-robot";
 import { rollPitchYaw } from "../state/joint-values";

@@ -1,4 +1,4 @@
-// What every plot over time has: axes, a zoom by dragging, a readout at the pointer, and the size of its element.
+// Parts of every plot over time: axes, a zoom by dragging, a readout at the pointer, and the size of its element.
 import uPlot from "uplot";
 import type { Extent } from "./visible";
 
@@ -8,7 +8,7 @@ export interface ReadoutRow {
   text: string;
 }
 
-/** What differs between plots. */
+/** Differences between plots. */
 export interface TimePlotOptions {
   /** The lines after the time. */
   series: (colour: (name: string) => string) => uPlot.Series[];

@@ -1,4 +1,4 @@
-// What part of a recording is shown.
+// Part of a recording that is shown.
 import { expect, test } from "vitest";
 import { firstAt, following, indicesBetween, valueExtent } from "./visible";
 

@@ -33,7 +33,7 @@ const JOINTS = `std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat
 const writer = (definition: string): MessageWriter => new MessageWriter(parse(definition, { ros2: true }));
 const writers = { tf: writer(TF), joints: writer(JOINTS), clock: writer("builtin_interfaces/Time clock"), string: writer("string data") };
 
-/** What is written. */
+/** Contents of the recording to write. */
 export interface Wanted {
   states: number;
   /** Bytes from which on a chunk ends. A state takes some 600. */

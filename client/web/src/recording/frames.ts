@@ -9,7 +9,10 @@ const MAX_DEPTH = 10_000;
 /** world_from_link by link, by robot: x y z, then the quaternion x y z w. */
 export type RobotPoses = Map<string, Map<string, Float64Array>>;
 
-/** Poses in the world of all links whose way there is known. Of two transforms of a link the last counts. */
+/**
+ * Returns the world poses of all links that have a known path of transforms. If a link has two transforms,
+ * the last counts.
+ */
 export function worldPoses(...lists: readonly (readonly Transform[])[]): RobotPoses {
   const parents = new Map<string, Transform>();
   for (const list of lists) for (const transform of list) parents.set(transform.child, transform);

@@ -1,5 +1,5 @@
-// Decompresses frames of LZ4, in which the chunks of recordings are. A page of the daemon may not run WebAssembly, which the
-// maintained packages are; nothing in a frame is trusted: it is written where there is room, and read where there is more.
+// Decompresses LZ4 frames, which contain the chunks of recordings. The maintained packages need WebAssembly, which a page of
+// the daemon may not run. Nothing in a frame is trusted: reads and writes are checked against the bounds of their buffers.
 
 /** As the frame format has it, in its first four bytes. */
 const MAGIC = 0x184d2204;
@@ -17,7 +17,7 @@ export function decompress(frame: Uint8Array, size: number): Uint8Array {
   };
   const flags = frame[4] ?? 0;
   if (u32(0) !== MAGIC || flags >> 6 !== 1 || (flags & FLAG.dictionary) !== 0) throw damaged();
-  // Flags, the size of blocks, perhaps that of the content, and a checksum of these.
+  // Flags, block size, optional content size, and a checksum of these.
   let at = 4 + 2 + (flags & FLAG.contentSize ? 8 : 0) + 1;
   const out = new Uint8Array(size);
   let end = 0;
@@ -45,7 +45,7 @@ export function decompress(frame: Uint8Array, size: number): Uint8Array {
 /** Writes a block from `end` on, and returns where it ends. A block may refer to those before it. */
 function decompressBlock(block: Uint8Array, out: Uint8Array, end: number): number {
   let at = 0;
-  /** A length of four bits goes on in bytes, as long as these are 255. */
+  /** A length of four bits continues in bytes while they are 255. */
   const extended = (length: number): number => {
     if (length < 15) return length;
     let total = length;

@@ -14,7 +14,7 @@ const MAX_SCANNED = 100_000;
 const BEGINNING = 64 << 10;
 const BETWEEN = 8 << 10;
 const RECORD_HEAD = 9;
-/** Of a record of an index: its head, the channel, the length of the list; then each entry. */
+/** Sizes in a record of an index: its head, the channel, the length of the list; then each entry. */
 const INDEX_HEAD = RECORD_HEAD + 2 + 4;
 const INDEX_ENTRY = 16;
 
@@ -88,7 +88,7 @@ export class McapFile {
       at += length;
     }
     const last = found.at(-1);
-    // Its index is missing, so that it is not known how much of it is there.
+    // Its index is missing, so the extent of its contents is unknown.
     if (last?.counts.size === 0) found.pop();
     const file = new McapFile(source, [], new Map(), false);
     const chunks: ChunkRange[] = [];
@@ -135,7 +135,7 @@ class Window {
 
   constructor(private readonly source: Source) {}
 
-  /** So many bytes; undefined where the file ends before. */
+  /** Returns `length` bytes; undefined if the file ends before. */
   async view(at: number, length: number): Promise<DataView | undefined> {
     if (at + length > this.source.size) return undefined;
     if (at < this.at || at + length > this.at + this.bytes.length) {
@@ -146,7 +146,7 @@ class Window {
   }
 }
 
-/** What is said first of a file: that it is a recording, in a format that is known. */
+/** First check of a file: it is a recording, in a known format. */
 async function checkFormat(source: Source): Promise<void> {
   const bytes = await source.read(0, Math.min(BEGINNING, source.size));
   if (bytes.length < MCAP_MAGIC.length || !MCAP_MAGIC.every((byte, at) => bytes[at] === byte)) throw new Error("it is no file of MCAP");

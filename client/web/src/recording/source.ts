@@ -2,7 +2,7 @@
 import { Code, ConnectError } from "@connectrpc/connect";
 import type { Services } from "../daemon/services";
 
-/** What cannot be read, however often it is tried. Other failures pass: those of a connection that is lost. */
+/** Data that cannot be read on any attempt. Other failures are temporary, such as a lost connection. */
 export class Damage extends Error {}
 
 /** Bytes that are read at one time at most. */

@@ -116,7 +116,7 @@ test("other files are refused with a sentence", async () => {
   await expect(open(await recording({ format: "6" }))).rejects.toThrow("made by a newer release");
   expect((await open(await recording({ format: "5" }))).count).toBe(100);
   await expect(open(await recording({ states: 0 }))).rejects.toThrow("no states");
-  // What a file begins with, and nothing more.
+  // The first bytes of a file and nothing more.
   await expect(open((await recording({ states: 5 })).slice(0, 8))).rejects.toThrow("no recording of simd");
 });
 

@@ -1,4 +1,4 @@
-// A recording as a row of states: how many there are is known from the index, and a chunk is read when a state in it is wanted.
+// A recording as a row of states. The index gives their number, and a chunk is read when a state in it is requested.
 import { clock, jointState, string, transforms, type JointState, type Transform } from "./cdr";
 import { worldPoses, type RobotPoses } from "./frames";
 import { McapFile, type ChunkRange, type Message } from "./mcap-file";
@@ -15,7 +15,7 @@ const MAX_PROBLEMS = 20;
 /** Milliseconds after a chunk could not be had until one is asked for again. */
 const RETRY = 1000;
 
-/** What topics of joint states end with. */
+/** Ending of topics of joint states. */
 const JOINTS = "/joint_states";
 
 /** A state of the world, as messages that are read when they are wanted. */
@@ -36,7 +36,7 @@ interface Part {
   states: number;
 }
 
-/** What happened, as the schema has it. */
+/** Event in the schema's form. */
 export interface RecordedEvent {
   /** The number of the last state before it. */
   at: number;
@@ -66,7 +66,7 @@ export class Timeline {
   readonly descriptions = new Map<string, string>();
   /** Simulated seconds between states. */
   period = 0.01;
-  /** What could not be read; empty where all could. */
+  /** Parts that could not be read; empty if all could. */
   readonly problems = new Set<string>();
   private readonly parts: Part[] = [];
   /** How many states there are. */
@@ -136,7 +136,7 @@ export class Timeline {
     this.load(this.partOf(number)).catch(() => undefined);
   }
 
-  /** The first state of the part after that of a state. */
+  /** Returns the first state of the part after the part that has this state. */
   nextPart(number: number): number {
     const part = this.partOf(this.clamp(number));
     return part.first + part.states;
@@ -154,7 +154,7 @@ export class Timeline {
     return states.map((state) => jointsOf(state));
   }
 
-  /** What happened, oldest first; those that cannot be read are left out. */
+  /** Returns the events, oldest first, without those that cannot be read. */
   async events(): Promise<RecordedEvent[]> {
     const events: RecordedEvent[] = [];
     let read = 0;

@@ -1,4 +1,4 @@
-// What of a URDF is needed to draw a robot that the daemon does not have: links, primitives, and which joints slide.
+// Parts of a URDF that are needed to draw a robot without the daemon: links, primitives, and which joints slide.
 import type { Geometry, Pose, RobotScene, SceneLink, Shape, Vector } from "../state/scene";
 
 /** Links of one robot that are drawn. */
@@ -67,7 +67,7 @@ function colorOf(material: Element): Color | undefined {
   return numbers(children(material, "color")[0], "rgba", 4) as unknown as Color | undefined;
 }
 
-/** So many finite numbers of an attribute. */
+/** Returns `count` finite numbers of an attribute. */
 function numbers(element: Element | undefined, name: string, count: number): number[] | undefined {
   const values = (element?.getAttribute(name) ?? "").trim().split(/\s+/).map(Number);
   return values.length === count && values.every(Number.isFinite) ? values : undefined;

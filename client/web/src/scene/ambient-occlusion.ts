@@ -5,7 +5,7 @@ import { GTAOPass } from "three/examples/jsm/postprocessing/GTAOPass.js";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 import type { ViewCamera } from "./view-camera";
 
-/** How far it is looked for what hides the sky, as a part of the distance to what is looked at; metres at least and at most. */
+/** Radius of the search for occluders, as a part of the distance to the camera's target; and its minimum and maximum, metres. */
 const REACH = 0.06;
 const LEAST_REACH = 0.02;
 const MOST_REACH = 0.5;
@@ -25,7 +25,7 @@ export class AmbientOcclusion {
     camera: ViewCamera,
   ) {
     this.pass = new GTAOPass(scene, camera, 1, 1);
-    // The picture is there already, smoothed and in the colours of the screen: it is only multiplied.
+    // The picture is already smoothed and in screen colours: this pass only multiplies it.
     this.pass.output = GTAOPass.OUTPUT.Off;
     // Meshes may be open shells.
     this.pass.normalMaterial.side = DoubleSide;

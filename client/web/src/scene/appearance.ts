@@ -12,11 +12,11 @@ import type { ViewCamera } from "./view-camera";
 /** Upper bounds of device pixels per CSS pixel. */
 const MAX_PIXEL_RATIO = 2;
 const LOW_PIXEL_RATIO = 1;
-/** Of the pixels of a side, while something moves and pictures come too slowly for all of them. */
+/** Share of a side's pixels that is drawn while something moves and full pictures come too slowly. */
 const COARSE = 0.5;
 /** Pictures after which that is known: what is too slow is seen at once. */
 const FEW = 6;
-/** Of the light of the room, beside the sun and the sky. */
+/** Intensity of the room's light, beside the sun and the sky. */
 const ROOM_INTENSITY = 0.26;
 
 /** Applies a quality to the scene. */
@@ -49,7 +49,7 @@ export class Appearance {
     scene.environmentIntensity = ROOM_INTENSITY;
   }
 
-  /** What is drawn now. */
+  /** Quality of the current picture. */
   get quality(): "low" | "high" {
     if (this.choice !== "auto") return this.choice;
     return this.isSlow ? "low" : "high";
@@ -62,7 +62,7 @@ export class Appearance {
 
   /** Whether gaps and edges are darkened. */
   get hasOcclusion(): boolean {
-    // Of flat pictures the pass knows no depths that are behind the camera.
+    // In orthographic pictures the pass does not know depths behind the camera.
     return this.wantsOcclusion() && this.occlusion !== undefined && !this.camera.isFlat;
   }
 
@@ -103,7 +103,7 @@ export class Appearance {
     }
     this.times.take(at, drew, goesOn);
     if (this.choice !== "auto") return;
-    // What was drawn last is what is left out first.
+    // The effect that was drawn last is left out first.
     if (this.occludes === "unknown" && this.times.isFast()) this.occludes = "yes";
     else if (this.occludes === "yes" && this.hasOcclusion && this.times.isLate()) this.occludes = "no";
     else if (this.times.isSlow()) this.isSlow = true;

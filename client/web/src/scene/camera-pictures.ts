@@ -1,4 +1,4 @@
-// What cameras of the robot in the panel see: the newest picture of each in the scene, at the end of the pyramid that it looks into.
+// Pictures of the cameras of the robot in the panel: the newest picture of each in the scene, at the end of its viewing pyramid.
 import { effect } from "@preact/signals";
 import { BufferAttribute, BufferGeometry, DataTexture, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, SRGBColorSpace } from "three";
 import { cameraPictures, type SensorPicture } from "../state/pictures";

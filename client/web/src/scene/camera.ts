@@ -223,8 +223,8 @@ export class Camera {
 }
 
 /**
- * The distance from the centre of a box, in a direction, from which a camera has all its corners in view:
- * a corner that is x to the side and z towards the camera is in view if x <= (distance - z) tan(field / 2).
+ * Returns the distance from a box's centre, in a direction, from which a camera has all its corners in view. A corner
+ * that is x to the side and z towards the camera is in view if x <= (distance - z) tan(field / 2).
  */
 export function distanceToFit(box: Box3, direction: Vector3, field: number, aspect: number): number {
   const up = Math.tan(MathUtils.degToRad(field / 2));

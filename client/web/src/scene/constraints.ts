@@ -1,5 +1,5 @@
-// Constraints: a line from one anchor to the other, a mark at each, and an arrow for the force on the child. The line of a gear is dashed, and
-// its arrow has two heads where its child's joint turns: it is the torque about the joint's axis.
+// Constraints: a line from one anchor to the other, a mark at each, and an arrow for the force on the child. A gear's line is dashed. Its
+// arrow has two heads if its child's joint turns: it is the torque about the joint's axis.
 import { Group, InstancedMesh, Matrix4, MeshBasicMaterial, OctahedronGeometry, Quaternion, Color, Vector3, ConeGeometry, CylinderGeometry } from "three";
 import { MOST_DRAWN, type Constraint, type ConstraintEnd } from "../state/constraints";
 import { along, marker } from "./markers";
@@ -10,7 +10,7 @@ const MARK = 0.014;
 const LINE = 0.003;
 const ARROW = 0.005;
 const LONGEST = 0.7;
-/** Of the line of a gear; between two of them is a gap as long as one. */
+/** Length of a dash in a gear's line; the gaps are as long. */
 const DASHES = 7;
 /** How far apart the two heads of an arrow are, as a part of a head's length. */
 const BETWEEN_HEADS = 0.7;
@@ -41,7 +41,7 @@ export class ConstraintMarks {
   }
 
   /**
-   * Draws these. `size` is that of the scene in metres; the arrow of `weight`, in newtons, is half as long, and that of the torque of
+   * Draws these. `size` is the scene's size in metres. The arrow of `weight`, in newtons, is half as long; so is the arrow of the torque of
    * `weight` at this distance.
    */
   set(constraints: readonly Constraint[], find: Finder, hovered: string, size: number, weight: number): void {
@@ -63,7 +63,7 @@ export class ConstraintMarks {
       if (way.length() > LINE * size) this.line(parent, way, grown * LINE * size, isGear ? DASHES : 1, color);
       const force = new Vector3(...constraint.force);
       const torque = new Vector3(...constraint.torque);
-      // What a gear does is at its child's joint.
+      // A gear acts at its child's joint.
       const from = isGear ? child : new Vector3(...constraint.point);
       if (isGear && torque.length() > 0) this.arrow(from, torque, 2, size, weight * size, color);
       else this.arrow(from, force, 1, size, weight, color);
@@ -96,7 +96,10 @@ export class ConstraintMarks {
     }
   }
 
-  /** An arrow with so many heads; one that is as large as `whole` is half as long as the scene. What is too short for its heads is left out. */
+  /**
+   * Draws an arrow with this many heads. An arrow as large as `whole` is half as long as the scene. Arrows too short for their heads are left
+   * out.
+   */
   private arrow(from: Vector3, what: Vector3, heads: number, size: number, whole: number, color: Color): void {
     const length = Math.min(LONGEST, (0.5 * what.length()) / Math.max(whole, 1e-9)) * size;
     const head = 4 * ARROW * size;
@@ -124,7 +127,7 @@ function add(to: InstancedMesh, place: Matrix4, color: Color): void {
 /** Where an end is held, world axes. */
 function anchor(end: ConstraintEnd, find: Finder): Vector3 | undefined {
   const [x, y, z] = end.pose;
-  // The frame of a gear's end is that of the link that its joint moves.
+  // The frame of a gear's end is the frame of the link that its joint moves.
   const at = end.joint === "" ? new Vector3(x, y, z) : new Vector3();
   return end.robot === "" ? at : find(end) && at.applyMatrix4(find(end) ?? new Matrix4());
 }

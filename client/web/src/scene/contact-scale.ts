@@ -1,4 +1,4 @@
-// How long the arrows of contacts are: a bar in the corner of the picture, with the force that an arrow of this length stands for.
+// Scale of the arrows of contacts: a bar in the corner of the picture, with the force of an arrow of this length.
 import { MathUtils } from "three";
 import { shortened } from "../panels/quantity";
 import type { ViewCamera } from "./view-camera";

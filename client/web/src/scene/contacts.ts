@@ -22,7 +22,7 @@ const MIN_FORCE = 2e-3;
 /** The markers of all contacts. */
 export class ContactMarks {
   readonly group = new Group();
-  /** What is drawn. */
+  /** Drawn contacts and their scale. */
   private drawn: { contacts: ContactPoint[]; size: number; weight: number } = { contacts: [], size: 0, weight: 0 };
   private readonly material = new MeshBasicMaterial({ color: CONTACT, depthTest: false, transparent: true });
   private readonly dots = new InstancedMesh(new SphereGeometry(1, 12, 8), this.material, MAX_CONTACTS);
@@ -39,8 +39,8 @@ export class ContactMarks {
   }
 
   /**
-   * Draws these contacts. `size` is that of the scene in metres; the arrow of `weight`, in newtons, is half as long.
-   * Returns whether that is another picture.
+   * Draws these contacts. `size` is the scene's size in metres; the arrow of `weight`, in newtons, is half as long.
+   * Returns whether the picture has changed.
    */
   set(contacts: ContactPoint[], size: number, weight: number): boolean {
     const shown = contacts.slice(0, MAX_CONTACTS);

@@ -1,5 +1,5 @@
-// Shaders that compute light at the corners of triangles and not at each pixel (Gouraud, 1971): a processor that draws has
-// many times as many pixels. There are no reflections and no shadows.
+// Shaders that compute light at the corners of triangles and not at each pixel (Gouraud, 1971). For a processor that
+// draws, pixels are many times as many. Reflections and shadows are left out.
 
 const SIDES = /* glsl */ `
 varying vec3 vLit;
@@ -10,7 +10,7 @@ varying vec3 vLitBehind;
 #define PICTURED
 #endif`;
 
-/** Without a picture the colour is that of the screen already. */
+/** Without a picture the colour is already in the screen's space. */
 export const CORNER_VERTEX = /* glsl */ `
 uniform vec3 diffuse;
 uniform vec3 emissive;

@@ -1,6 +1,6 @@
 // The WebGL context of the view, with what the machine can afford.
 
-/** What a page of any machine needs. Nothing shines through the picture, so nothing is to be drawn behind it. */
+/** Options for every machine. The canvas is opaque, so the browser need not draw behind it. */
 const ALWAYS: WebGLContextAttributes = { alpha: false, stencil: false, powerPreference: "low-power" };
 
 /** Smooths edges only where a graphics processor draws: the processor takes twice as long for them. Throws if the browser has no WebGL 2. */

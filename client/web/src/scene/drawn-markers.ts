@@ -1,4 +1,4 @@
-// What programs draw beside the world: lines, points and texts, each batch of one link and one width in one call of WebGL.
+// Drawings of programs beside the world: lines, points and texts. One call of WebGL draws each batch of one link and one width.
 import {
   BufferGeometry,
   CanvasTexture,
@@ -25,7 +25,7 @@ import type { Marker } from "../state/markers";
 
 /** Texts that are drawn at most: each has a texture. */
 const MAX_TEXTS = 512;
-/** Numbers of points from which on a marker is drawn by itself, so that others can change without it. */
+/** Minimum size of a marker that is drawn in a separate call, numbers of its points: others can change without it. */
 const LARGE = 6000;
 /** Pixels of a texture: the height of its letters, and its width at most. */
 const FONT = 64;
@@ -33,10 +33,10 @@ const MAX_WIDTH = 4096;
 /** Height of a line of text, of its letters. */
 const LINE = 1.3;
 
-/** world_from_link of a link, as it is drawn; undefined if it is not. An empty name is that of the root link. */
+/** Returns world_from_link of a drawn link; undefined if it is not drawn. An empty name stands for the root link. */
 export type LinkFinder = (robot: string, link: string) => Matrix4 | undefined;
 
-/** What is drawn together. */
+/** Markers that are drawn together. */
 interface Batch {
   readonly markers: readonly Marker[];
   /** Moves with the link. */
@@ -80,7 +80,10 @@ export class DrawnMarkers {
     }
   }
 
-  /** Points of a marker as they are drawn, world axes, metres: those of lines and points, or where a text begins; undefined if it is not. */
+  /**
+   * Returns the drawn points of a marker, world axes, metres: points of lines and points, or the start of a text. Undefined if it is not
+   * drawn.
+   */
   points(id: bigint): number[][] | undefined {
     for (const { markers, frame } of this.batches.values()) {
       const marker = markers.find((each) => each.id === id);

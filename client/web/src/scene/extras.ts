@@ -1,4 +1,4 @@
-// What is in the picture beside robots and their marks: handles, and what sensors have met and seen.
+// Parts of the picture beside robots and their marks: handles, points of lidars, and camera pictures.
 import { CameraPictures } from "./camera-pictures";
 import { Handles, type HandleScene } from "./handles";
 import { LidarPoints } from "./lidar-points";

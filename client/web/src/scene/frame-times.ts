@@ -4,11 +4,11 @@
 const SLOW = 40;
 /** Milliseconds that leave time to draw more. */
 const FAST = 20;
-/** Milliseconds that say that more was too much. */
+/** Minimum interval that counts as too slow, milliseconds. */
 const LATE = 25;
-/** So many intervals are looked at, unless another number is given. */
+/** Default number of intervals that are considered. */
 const COUNT = 24;
-/** What is longer is no picture that took long: the tab was hidden, or the machine asleep. */
+/** A longer interval is no slow picture: the tab was hidden, or the machine slept. */
 const LONGEST = 2000;
 
 /** Measures the time between pictures that follow upon each other. */

@@ -38,7 +38,10 @@ export function repeatPicture(made: BufferGeometry, primitive: Primitive, { x, y
   }
 }
 
-/** The sides of what a picture is on once: four corners of a box are a side of it, in the order x, y, z, two of each. */
+/**
+ * Returns the size of the surface that a picture covers once, metres. Four corners of a box make a side, in the order x,
+ * y, z, two sides each.
+ */
 function metres(primitive: Primitive, corner: number): readonly [number, number] {
   if (primitive.kind === "plane") return [2 * PLANE_RADIUS, 2 * PLANE_RADIUS];
   if (primitive.kind !== "box") return [1, 1];

@@ -93,7 +93,7 @@ export class Grid {
     this.cheap.lines.visible = this.shown && this.isCheap;
   }
 
-  /** Centres the grid on the target of the camera; the fade distance grows with that of the camera. */
+  /** Centres the grid on the camera's target; the fade distance grows with the camera's distance. */
   follow(x: number, y: number, distance: number): void {
     const reach = Math.min(REACH, Math.max(4, 5 * distance));
     if (this.cheap.lines.visible) this.cheap.follow(x, y, reach);

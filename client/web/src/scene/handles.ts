@@ -7,7 +7,7 @@ import { toast } from "../state/toasts";
 import type { Camera } from "./camera";
 import type { RobotViews } from "./robot-views";
 
-/** What handles need of the scene. */
+/** Parts of the scene that handles need. */
 export interface HandleScene {
   scene: Scene;
   camera: Camera;

@@ -3,7 +3,7 @@ import { Matrix4, Quaternion, Vector3 } from "three";
 import { expect, test } from "vitest";
 import { ellipsoidOf, principal } from "./inertia";
 
-/** Of a solid ellipsoid, 2 kg, about its axes. */
+/** Half axes and mass of a solid ellipsoid, m and kg. */
 const [a, b, c, mass] = [0.3, 0.2, 0.1, 2];
 const moments = [b * b + c * c, a * a + c * c, a * a + b * b].map((sum) => (mass * sum) / 5);
 

@@ -1,4 +1,4 @@
-// What lidars and range finders of the robot in the panel have met, as points in the picture.
+// Points that lidars and range finders of the robot in the panel have measured.
 import { effect } from "@preact/signals";
 import { BufferAttribute, BufferGeometry, Group, Points, PointsMaterial, Quaternion, Vector3 } from "three";
 import type { Pose } from "../state/scene";

@@ -5,10 +5,12 @@ import type { Palette } from "./palette";
 /** Direction to the directional light: above, in front, a little to the left. */
 const SUN = new Vector3(1.2, 0.5, 2.4).normalize();
 const SHADOW_PIXELS = 2048;
-/** The share of the sky's light that is left beside that of a room. */
+/** The share of the sky's light that remains beside the light of a room. */
 const BESIDE_ROOM = 0.5;
-/** The shadow is fitted anew when what is seen has become so much larger or smaller, or has moved by this share of it:
- * at each step its edges would flicker. */
+/**
+ * Relative change of the visible size or position after which the shadow is fitted again. Fitting at each step would
+ * make its edges flicker.
+ */
 const ZOOMED = 1.3;
 const MOVED = 0.25;
 /** The radius of what is seen about what is looked at, as a share of the distance. */
@@ -20,7 +22,7 @@ export class Light {
   private readonly sun = new DirectionalLight();
   private skyIntensity = 1;
   private hasRoom = false;
-  /** What the shadow is fitted to. */
+  /** Sphere to which the shadow is fitted. */
   private readonly fitted = new Sphere(new Vector3(), 0);
   private readonly content = new Sphere(new Vector3(), 0);
 

@@ -1,5 +1,5 @@
-// Words beside links: names of the robot in the panel with who has claimed them, the name of the link under the pointer, and what sensors
-// measured last.
+// Labels beside links: names of the robot in the panel with the holders of its claims, the name of the link under the pointer, and the
+// latest measurements.
 import { Vector3 } from "three";
 import { shownRobot } from "../panels/shown-robot";
 import { words } from "../panels/sensor-words";

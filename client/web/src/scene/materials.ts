@@ -67,11 +67,11 @@ export class Materials {
         this.changed();
       };
       this.loading += 1;
-      // Of either kind: what it is its first bytes say.
+      // The first bytes tell PNG from JPEG.
       texture = new TextureLoader().load(`/assets/${encodeURIComponent(sha256)}.png`, loaded, undefined, loaded);
       texture.colorSpace = SRGBColorSpace;
       texture.wrapS = texture.wrapT = RepeatWrapping;
-      // Of ground that is seen from the side.
+      // Sharpens ground that is seen from the side.
       texture.anisotropy = ANISOTROPY;
       this.textures.set(sha256, texture);
     }
@@ -94,7 +94,7 @@ export function colourable(material: Material): MeshStandardMaterial {
 /** Gives a material a colour, which its picture is multiplied by. */
 export function tint(material: MeshStandardMaterial, [red, green, blue, alpha]: Rgba): void {
   material.color.setRGB(red, green, blue, SRGBColorSpace);
-  // What shines through is drawn by another program.
+  // Transparent materials use a different shader program.
   if (material.transparent !== (alpha < 1)) material.needsUpdate = true;
   material.transparent = alpha < 1;
   material.opacity = alpha;
@@ -120,7 +120,7 @@ function highlight(material: MeshStandardMaterial): void {
   }
 }
 
-/** Of what has no material of its own. */
+/** Finish of surfaces without a material. */
 const FINISH = { roughness: 0.62, metalness: 0.05 };
 /** Luminances. */
 const BRIGHT = 0.42;

@@ -61,8 +61,10 @@ export class MeshCache {
   }
 }
 
-/** Whether the file says nothing of how it looks, so that the robot's description may: the daemon's default material has no
- * name. That is the rule of RViz: materials of a mesh win over that of the URDF. */
+/**
+ * Whether the file has no material, so that the robot's description may set one: the daemon's default material has no name. This is
+ * RViz's rule: materials of a mesh override the URDF's.
+ */
 export function isUnpainted(mesh: Mesh): boolean {
   const material = mesh.material as Material | Material[];
   return !Array.isArray(material) && material.name === "";

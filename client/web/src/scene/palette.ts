@@ -8,7 +8,7 @@ export interface Palette {
   /** Grid lines. */
   grid: number;
   sky: number;
-  /** Of markers without a colour. */
+  /** Colour of markers without a colour. */
   ink: number;
   /** Light from below. */
   earth: number;
@@ -56,5 +56,5 @@ export const SLIDES = 0xb5489f;
 export const MASS = 0xe0a526;
 export const WHOLE_MASS = 0xd94f3d;
 export const CONSTRAINT = 0x1f9d8f;
-/** Of constraints that do what they may do at the most. */
+/** Colour of constraints that reach their bound. */
 export const SATURATED = 0xd9822b;

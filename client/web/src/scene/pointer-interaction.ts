@@ -13,7 +13,7 @@ import { pullDuration, springFor } from "./spring";
 
 /** A pointer that moves by fewer pixels has clicked. */
 const CLICK_DISTANCE = 4;
-/** Of the rod, as a fraction of the distance of the camera. */
+/** Width of the rod, as a fraction of the camera's distance. */
 const ROD_WIDTH = 0.0022;
 /** Milliseconds after which a target that did not change is sent again. */
 const RENEWAL = 100;

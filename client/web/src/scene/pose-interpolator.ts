@@ -33,7 +33,7 @@ export class PoseInterpolator {
     return this.last;
   }
 
-  /** Whether the picture at `now` is that of the newest state. */
+  /** Whether the picture at `now` shows the newest state. */
   isSettled(now: number): boolean {
     return this.progress(now) >= 1;
   }

@@ -106,7 +106,7 @@ test("a colour that changes with each state is one material, which goes with the
     view.color(new Map([["base", [state / 100, 0, 0, 1] as const]]));
     see();
   }
-  // That of the description, and that of the colours.
+  // The description's material, and the material of the colours.
   expect([made.size, gone.size]).toEqual([2, 0]);
   view.color(new Map());
   expect(gone.size).toBe(1);
@@ -115,6 +115,6 @@ test("a colour that changes with each state is one material, which goes with the
   view.color(new Map([["base", [0, 1, 0, 0.5] as const]]));
   see();
   view.dispose();
-  // All but that of the description.
+  // All but the description's material.
   expect([made.size - gone.size, made.size]).toEqual([1, 4]);
 });

@@ -136,7 +136,7 @@ export class RobotView {
     const color = this.colors.get(this.scene.links[index]?.name ?? "");
     this.forEachMesh(index, (mesh) => {
       if (!color && !mesh.userData["described"]) return;
-      // What is highlighted is so in its new colour.
+      // A highlighted link is highlighted in its new colour.
       putBack(mesh, "plain");
       if (!color) return putBack(mesh, "described");
       if (!mesh.userData["described"]) putOn(mesh, "described", colourable(mesh.material as Material));
@@ -176,13 +176,13 @@ export class RobotView {
     return this.box.clone();
   }
 
-  /** Draws it as ground: it casts no shadow, not on itself either, and white is toned down to that of a plane. */
+  /** Draws it as ground: it casts no shadow, not on itself either, and white is darkened to a plane's tone. */
   layFlat(): void {
     for (const layer of this.visuals) {
       layer.traverse((object) => {
         if (!(object instanceof Mesh)) return;
         object.castShadow = false;
-        // That of a program or a highlight is the mesh's own.
+        // A mesh with a program's colour or a highlight already has a separate material.
         if (object.userData["described"] || object.userData["plain"]) return;
         const material = object.material as Material | Material[];
         if (!Array.isArray(material) && material instanceof MeshStandardMaterial && isPale(material)) object.material = this.materials.ground;
@@ -279,7 +279,7 @@ export class RobotView {
   }
 }
 
-/** Under which a mesh keeps the material that it had before one of its own: without the highlight, and as it is described. */
+/** Key of the material that a mesh had before it got a separate one: without the highlight, and as described. */
 type Before = "plain" | "described";
 
 function putOn(mesh: Mesh, before: Before, own: Material): void {

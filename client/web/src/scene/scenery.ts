@@ -1,4 +1,4 @@
-// What of the world is ground or scenery: large things that cannot move, and do not decide what is looked at first.
+// Ground and scenery of the world: large things that cannot move, and do not decide the first view.
 import { Box3, Sphere, Vector3 } from "three";
 import type { RobotScene } from "../state/scene";
 
@@ -6,7 +6,9 @@ import type { RobotScene } from "../state/scene";
 const WIDE = 10;
 /** Flat ground is lower than this share of its width. */
 const FLAT = 0.01;
-/** Things that cannot move count for the first view up to this radius in metres, or this many times that of what moves. */
+/**
+ * Maximum size of fixed things in the first view: this radius in metres, or this many times the radius of the moving things.
+ */
 const SMALL = 3;
 const RELATIVE = 4;
 
@@ -35,7 +37,10 @@ function hasPlane({ visuals, collisions }: RobotScene): boolean {
   return [...visuals, ...collisions].some(({ geometry }) => geometry.kind === "plane");
 }
 
-/** What the first view shows: all that moves, and of what cannot move what is not much larger. Empty if there is nothing. */
+/**
+ * Returns the bounds of the first view: all that moves, and fixed things that are not much larger. Empty if nothing
+ * qualifies.
+ */
 export function framed(things: Iterable<{ scene: RobotScene; box: Box3 }>): Box3 {
   const all = new Box3();
   const scenery: Box3[] = [];

@@ -14,12 +14,12 @@ const VIEWS: readonly { viewpoint: Viewpoint; label: string; keys: string }[] = 
 /** CSS pixels: between the views and around them, and the width of pages on which they stand side by side. */
 const GAP = 8;
 const NARROW = 620;
-/** Of the picture's height, and CSS pixels at most. */
+/** Size as a share of the picture's height, and its maximum in CSS pixels. */
 const SHARE = 0.27;
 const MOST = 240;
 /** Width over height. */
 const SHAPE = 4 / 3;
-/** What is in front of the camera and behind it, as a multiple of the distance to what is looked at. */
+/** Extent in front of the camera and behind it, as a multiple of the distance to its target. */
 const DEPTH = 60;
 
 /** A view's place on the canvas, CSS pixels from its upper left corner. */
@@ -67,7 +67,7 @@ export class SideViews {
     this.camera.up.set(0, 0, 1);
   }
 
-  /** Draws them over the picture that is there. */
+  /** Draws the views over the picture. */
   draw(renderer: WebGLRenderer, scene: Scene, { camera, controls }: Camera): void {
     const size = renderer.getSize(new Vector2());
     const away = camera.position.distanceTo(controls.target);

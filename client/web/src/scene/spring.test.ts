@@ -38,6 +38,6 @@ test("a pull lasts until the page sends the next one, however seldom it draws an
   // A page that hangs lets go.
   expect(pullDuration(60_000, 1)).toBe(5);
   expect(pullDuration(60_000, 1000)).toBe(60);
-  // Of a slow world no less than half a second.
+  // In a slow world a pull lasts at least half a second.
   expect(pullDuration(16, 0.01)).toBe(0.5);
 });

@@ -6,18 +6,21 @@ import type { Mode } from "../state/world";
 const STIFFNESS = 60;
 /** Upper bound of force per mass, m/s^2. */
 const MAX_ACCELERATION = 60;
-/** Joints that hold make one body of what they connect, but only up to their effort limits: at most this many times the carried mass is pulled. */
+/**
+ * Joints that hold make one body of the links that they connect, but only up to their effort limits. A pull carries at most this many times the
+ * carried mass.
+ */
 const MAX_MASS_RATIO = 4;
 
-/** Wall seconds that a pull lasts at least without being renewed, and at the most. */
+/** Minimum and maximum time of a pull that is not renewed, wall seconds. */
 const LEAST = 0.5;
 const MOST = 5;
 /** Simulated seconds that the daemon lets a pull last. */
 const DAEMON_MOST = 60;
 
 /**
- * Simulated seconds that a pull is to last, of a page that sends one each `interval` milliseconds into a world that runs
- * `factor` simulated seconds a second: as long as three of these take, so that a page that draws seldom does not let go.
+ * Returns the duration of a pull, simulated seconds. The page sends a pull each `interval` milliseconds; the world runs `factor` simulated seconds
+ * a second. A pull lasts as long as three intervals, so that slow pages do not let go.
  */
 export function pullDuration(interval: number, factor: number): number {
   return Math.min(DAEMON_MOST, Math.min(MOST, Math.max(LEAST, (3 * interval) / 1000)) * Math.max(1, factor));

@@ -84,7 +84,9 @@ export class Stage {
   private covered = 0;
   /** A robot or a mesh was added since the camera was last fitted. */
   private unfitted = false;
-  /** What the user asked to fit while its meshes were loading; the user had moved the camera this many times then. */
+  /**
+   * Robot to fit once its meshes are loaded, and the number of camera moves by the user at the time of the request.
+   */
   private pendingFit: { robot: string; gestures: number } | null = null;
 
   /** Throws if the browser has no WebGL 2. */
@@ -308,7 +310,7 @@ export class Stage {
     this.request = 0;
     // Before the first state nothing is drawn: the first frame is the slowest, and would be empty.
     if (frame.peek() === null && connection.peek().state !== "lost") return;
-    // The time of the animation frame may be a little before that of the newest state.
+    // The time of the animation frame may precede the newest state's time.
     const now = Math.max(at, performance.now());
     const moved = this.robots.pose(this.interpolator, now);
     if (this.unfitted && this.robots.arePosed()) this.fitContent(now);
@@ -341,7 +343,7 @@ export class Stage {
     if (!this.camera.movedByUser && !isEmpty) this.camera.fit(this.bounds(), now, false);
   }
 
-  /** What is to be seen: one robot, or everything. */
+  /** Bounds of one robot, or of everything. */
   private bounds(robot = ""): Box3 {
     const recorded = robot === "" ? this.ghosts.bounds() : new Box3();
     if (recorded.isEmpty()) return this.robots.bounds(robot);

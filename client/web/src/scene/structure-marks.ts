@@ -10,11 +10,11 @@ const MOST = 4000;
 /** Sizes, as fractions of the size of the robot. */
 const AXIS_LENGTH = 0.3;
 const AXIS_WIDTH = 0.008;
-/** Of the ball of a link that is all of the mass. */
+/** Radius of the ball of a link that has the whole mass. */
 const BALL = 0.07;
 const LEAST_BALL = 0.012;
 
-/** What is marked. */
+/** Marks to draw. */
 export interface Marked {
   axes: boolean;
   masses: boolean;
@@ -45,7 +45,7 @@ export class StructureMarks {
 
   /** Marks these robots. `sizeOf` is the radius of a robot, metres. */
   set(views: Iterable<RobotView>, sizeOf: (view: RobotView) => number, { axes, masses, inertias = false }: Marked): void {
-    // What is neither shown nor was costs nothing.
+    // Without marks to draw or to remove, this costs nothing.
     if (!axes && !masses && !inertias && this.count.axes + this.count.balls + this.count.ellipsoids === 0) return;
     this.count = { axes: 0, balls: 0, ellipsoids: 0 };
     this.centres.clear();

@@ -1,15 +1,15 @@
-// What holds links together beside the joints of their robots.
+// Constraints between links, beside the joints of their robots.
 import { signal } from "@preact/signals";
 import type { Pose, Vector } from "./scene";
 
 export type ConstraintKind = "weld" | "point to point" | "hinge" | "slide" | "gear" | "distance" | "rope" | "constraint";
 
-/** What one end of a constraint is on. */
+/** Body at one end of a constraint. */
 export interface ConstraintEnd {
   /** Empty: the world. */
   robot: string;
   link: string;
-  /** Of gears, which have no link. */
+  /** Joint at a gear's end, which has no link. */
   joint: string;
   /** link_from_frame, or world_from_frame. */
   pose: Pose;
@@ -32,7 +32,7 @@ export interface Constraint {
   angleError: number;
   /** Newtons, of a gear of a turning joint newton metres; infinite where there is no limit. */
   maxForce: number;
-  /** It did what it may do at the most. */
+  /** Whether it reached its bound. */
   saturated: boolean;
 }
 

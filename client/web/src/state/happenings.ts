@@ -1,9 +1,9 @@
-// What happened in the world lately, in words.
+// Recent events of the world, in words.
 import { signal } from "@preact/signals";
 
 /** An event. */
 export interface Happening {
-  /** Of the daemon. */
+  /** The daemon's sequence number of the event. */
   sequence: bigint;
   simTime: number;
   text: string;

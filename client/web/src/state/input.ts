@@ -3,7 +3,7 @@ import { signal } from "@preact/signals";
 
 export type MouseButton = "left" | "middle" | "right";
 
-/** What was done; x and y from the left and the top of the picture, CSS pixels. */
+/** User's action; x and y are from the left and the top of the picture, CSS pixels. */
 export type PageInput =
   | { kind: "key"; key: string; code: string; isDown: boolean }
   /** Without a button it moved. */

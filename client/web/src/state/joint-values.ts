@@ -12,7 +12,7 @@ export interface AxisValues {
   target: number;
   mode: Mode;
   flags: number;
-  /** What keeps its joint from the target by touching; empty if nothing does. */
+  /** Name of the body that blocks its joint by contact; empty without one. */
   blockedBy: string;
 }
 
@@ -72,7 +72,7 @@ function ballTarget(axis: Axis, values: JointValues): Triple {
   const first = axis.velocityIndex - axis.axis;
   const target = triple(values.target, first);
   const mode = values.mode[first];
-  // Of an orientation the daemon keeps the rotation vector.
+  // The daemon stores an orientation as a rotation vector.
   return mode === "position" || mode === "hold" ? rollPitchYaw(turned(target)) : target;
 }
 
@@ -80,7 +80,7 @@ function triple(values: readonly number[], first: number): Triple {
   return [values[first] ?? 0, values[first + 1] ?? 0, values[first + 2] ?? 0];
 }
 
-/** What a ball joint has now in the quantity of a mode, all three: its targets where it is in that mode, else what it does. */
+/** Returns the three values of a ball joint in the quantity of a mode: its targets if it is in that mode, else its state. */
 export function ballNow(axis: Axis, mode: Mode, values: JointValues): Triple {
   const first = axis.velocityIndex - axis.axis;
   if (values.mode[first] === mode) return ballTarget(axis, values);

@@ -1,4 +1,4 @@
-// Who follows a link sees what was seen where it was copied.
+// A link to the page restores the view in which it was copied.
 import { beforeEach, expect, test, vi } from "vitest";
 
 const storage = { getItem: () => null, setItem: () => undefined };

@@ -2,7 +2,7 @@
 import { shownCamera } from "./camera";
 import { kept, type Kept } from "./view";
 
-/** What is each user's own. */
+/** Settings that belong to each user. */
 const PERSONAL: ReadonlySet<string> = new Set(["theme", "textSize", "quality", "panelWidth"]);
 const KEY = "view";
 /** Characters of a link that are read at most. */
@@ -10,7 +10,7 @@ const LONGEST = 20_000;
 /** Digits of a camera's coordinates. */
 const DIGITS = 5;
 
-/** The address of the page as it is now. `address` is that of the page, `robot` that of the panel. */
+/** Returns the address of the page in its present state. `address` is the page's address, `robot` the panel's robot. */
 export function linkTo(address: string, robot: string): string {
   const shown: Record<string, unknown> = {};
   for (const [name, { value, initial }] of scene()) {
@@ -49,7 +49,7 @@ function scene(): [string, Kept][] {
   return [...kept].filter(([name]) => !PERSONAL.has(name));
 }
 
-/** Follows the link by which the page was opened, and those that are entered later. The address is then that of the page. */
+/** Follows the link by which the page was opened, and links that are entered later. Afterwards the address is again the page's. */
 export function followLinks(): void {
   if (followLink(location.hash)) history.replaceState(null, "", location.pathname + location.search);
   // The camera is read once.

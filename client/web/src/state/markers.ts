@@ -1,4 +1,4 @@
-// What programs draw beside the world.
+// Drawings of programs beside the world.
 import { signal } from "@preact/signals";
 import type { Vector } from "./scene";
 
@@ -15,11 +15,13 @@ export type MarkerShape =
 export interface Marker {
   id: bigint;
   shape: MarkerShape;
-  /** Red, green, blue and alpha of what has no colours of its own; null for what can be seen on the background. */
+  /**
+   * Default colour as red, green, blue and alpha; null stands for a colour that is visible on the background.
+   */
   color: readonly [number, number, number, number] | null;
   /** The robot that it moves with; empty: none. */
   robot: string;
-  /** Of the robot; empty: its root link. */
+  /** Link of the robot; empty stands for its root link. */
   link: string;
 }
 
@@ -28,7 +30,7 @@ export type Rgba = readonly [number, number, number, number];
 
 /** Colours that programs gave links of a robot, in the place of those of its description. */
 export interface RobotColors {
-  /** Of the robot that was given them. */
+  /** Layout version of the robot to which the colours were given. */
   layoutVersion: bigint;
   /** By the names of links. */
   links: ReadonlyMap<string, Rgba>;

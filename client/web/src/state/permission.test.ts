@@ -1,4 +1,4 @@
-// What the token or a claim forbids has a reason that names who.
+// The reason names the client whose claim, or the token whose role, forbids an action.
 import { beforeEach, expect, test } from "vitest";
 import { ownName, whyNotAll, whyNotChange, whyNotJoint, whyNotRemove, whyNotRobot, whyNotStep, whyNotWorld } from "./permission";
 import { robots, role, simulation, type Robot } from "./world";

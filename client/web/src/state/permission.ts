@@ -8,7 +8,7 @@ export const ownName = signal("");
 /** Why this page may change nothing at all. */
 export const whyNotChange: ReadonlySignal<string> = computed(() => (role.value === "viewer" ? "Your token is a viewer’s, which may look only: this takes that of an operator" : ""));
 
-/** Of what concerns all: which robots there are, how the world runs, its saved states. */
+/** Reason against changes for all clients: the list of robots, how the world runs, its saved states. */
 export const whyNotAll: ReadonlySignal<string> = computed(() => {
   if (role.value === null || role.value === "admin") return "";
   return `Your token is ${role.value === "viewer" ? "a viewer’s, which may look only" : "an operator’s"}: this takes that of an admin`;
@@ -19,31 +19,31 @@ function isOthers(holder: string): boolean {
   return holder !== "" && holder !== ownName.value;
 }
 
-/** Of a robot as a whole: its place, its links, all of its joints. */
+/** Reason against changes of a robot as a whole: its position, its links, all of its joints. */
 export function whyNotRobot({ name, claimedBy }: Pick<Robot, "name" | "claimedBy">, role = whyNotChange.value): string {
   if (role !== "") return role;
   return isOthers(claimedBy) ? `${claimedBy} has claimed ${name}: others can change it once it is released` : "";
 }
 
-/** Of taking a robot out of the world. */
+/** Reason against removing a robot from the world. */
 export function whyNotRemove(robot: Pick<Robot, "name" | "claimedBy">): string {
   return whyNotRobot(robot, whyNotAll.value);
 }
 
-/** Of the target of a joint. */
+/** Reason against setting the target of a joint. */
 export function whyNotJoint({ label, claimedBy }: Pick<Axis, "label" | "claimedBy">): string {
   if (whyNotChange.value !== "") return whyNotChange.value;
   return isOthers(claimedBy) ? `${claimedBy} has claimed ${label}: others can set its target once it is released` : "";
 }
 
-/** Of single steps. */
+/** Reason against single steps. */
 export const whyNotStep: ReadonlySignal<string> = computed(() => {
   const { claimedBy } = simulation.value;
   if (whyNotAll.value !== "") return whyNotAll.value;
   return isOthers(claimedBy) ? `${claimedBy} has claimed the world: others can play, pause, step and reset it once it is released` : "";
 });
 
-/** Of what concerns everybody: to play, pause and reset, and the speed. */
+/** Reason against changes for all clients: play, pause, reset, and the speed. */
 export const whyNotWorld: ReadonlySignal<string> = computed(() => {
   const { claimedBy } = simulation.value;
   if (whyNotStep.value !== "" || claimedBy !== "") return whyNotStep.value;

@@ -1,4 +1,4 @@
-// Who asks for a picture gets it, or a reason.
+// A request for a picture gets the picture, or a reason.
 import { afterEach, expect, test } from "vitest";
 import { pictureRequest, takePicture } from "./picture";
 

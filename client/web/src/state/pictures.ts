@@ -1,4 +1,4 @@
-// What the cameras of robots see, as the page shows it.
+// Pictures of robots' cameras as the page shows them.
 import { signal } from "@preact/signals";
 
 /** A picture as the page draws it. */
@@ -7,7 +7,7 @@ export interface SensorPicture {
   height: number;
   /** Red, green, blue and opacity of each pixel, row by row from the upper left one. */
   pixels: Uint8ClampedArray<ArrayBuffer>;
-  /** Of the state that was drawn, simulated seconds. */
+  /** Time of the drawn state, simulated seconds. */
   time: number;
 }
 

@@ -6,13 +6,13 @@ import type { RobotScene } from "./scene";
 
 /** Robots of a recording at one moment. */
 export interface Ghosts {
-  /** What is drawn, by name. */
+  /** Scenes of the drawn robots, by name. */
   scenes: ReadonlyMap<string, RobotScene>;
   /** world_from_link, seven a link in the order of the scene's links. */
   poses: ReadonlyMap<string, Float64Array>;
 }
 
-/** What plays, with the parts of the page for it, which are loaded with the first recording. */
+/** Player, with the parts of the page for it, which are loaded with the first recording. */
 export interface Playback {
   player: Player;
   module: PlaybackModule;

@@ -1,7 +1,7 @@
 // The load reports of the robots that this tab loaded, and the progress of the one that is being loaded.
 import { signal } from "@preact/signals";
 
-/** What was done to one element of a description. */
+/** Treatment of one element of a description. */
 export interface Finding {
   severity: "info" | "warning" | "error";
   disposition: "used" | "defaulted" | "repaired" | "ignored" | "refused";
@@ -15,7 +15,7 @@ export interface Finding {
   file: string;
 }
 
-/** What was done to a description on its way into the world. */
+/** Treatment of a description while it is loaded. */
 export interface LoadReport {
   robot: string;
   /** One line. */
@@ -23,13 +23,13 @@ export interface LoadReport {
   findings: Finding[];
 }
 
-/** What is being loaded. */
+/** Progress of the current load. */
 export interface Loading {
   /** The file, or the robot once its name is known. */
   what: string;
   /** For the user: "uploading", "reading meshes". */
   phase: string;
-  /** Of `total`, files or bytes; both are 0 if unknown. */
+  /** Part of `total`, files or bytes; both are 0 if unknown. */
   done: number;
   total: number;
   /** The current file; may be empty. */

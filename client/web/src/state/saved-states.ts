@@ -9,6 +9,6 @@ export interface SavedState {
   simTime: number;
   /** How many there are in it. */
   robots: number;
-  /** Who made it, for people. */
+  /** Name of the client that saved it, for people. */
   owner: string;
 }

@@ -16,7 +16,7 @@ export type Geometry =
   /** The base at -`length` / 2, the apex at `length` / 2. */
   | { kind: "cone"; radius: number; length: number }
   | { kind: "plane"; normal: Vector }
-  /** `sha256` is that of all that it looks like; empty if the file is missing. */
+  /** `sha256` identifies the complete appearance; empty if the file is missing. */
   | { kind: "mesh"; sha256: string; uri: string; scale: Vector }
   /** A convex hull or part of a mesh, which the daemon made. */
   | { kind: "convex"; sha256: string };
@@ -61,7 +61,7 @@ export interface SceneLink {
 export interface SceneJoint {
   name: string;
   type: "fixed" | "revolute" | "continuous" | "prismatic" | "planar" | "spherical" | "floating" | "joint";
-  /** Name of the link that it moves. Its frame is that of this link. */
+  /** Name of the link that it moves. Its frame is the frame of this link. */
   child: string;
   /** Unit vector in its frame, the normal of a planar joint; absent where it has none. */
   axis?: Vector;
@@ -88,7 +88,7 @@ export interface RobotScene {
   visuals: Shape[];
   /** As the description has them. */
   collisions: Shape[];
-  /** What the physics uses in their place. */
+  /** Collision shapes that the physics uses in their place. */
   colliders: Shape[];
 }
 

@@ -1,4 +1,4 @@
-// What robots feel and see.
+// Sensors of robots, and their measurements.
 import { signal } from "@preact/signals";
 import type { Pose, Vector } from "./scene";
 
@@ -17,7 +17,7 @@ export interface Scan {
   vertical: Sweep;
 }
 
-/** What a camera looks through: a pinhole, along x. */
+/** Optics of a camera: a pinhole, along x. */
 export interface Lens {
   /** Pixels. */
   width: number;
@@ -42,13 +42,13 @@ export interface Sensor {
   unavailable: string;
   /** link_from_sensor. */
   pose?: Pose;
-  /** Of what measures ranges. */
+  /** Scan of a sensor that measures ranges. */
   scan?: Scan;
-  /** Of cameras. */
+  /** Lens of a camera. */
   lens?: Lens;
 }
 
-/** What a sensor measured last. SI units. */
+/** Latest measurement of a sensor. SI units. */
 export type Measurement =
   | { kind: "imu"; acceleration: Vector; angular: Vector }
   | { kind: "force-torque"; force: Vector; torque: Vector }

@@ -1,4 +1,4 @@
-// What counts as a world in which nothing moves.
+// Test of whether a world is still.
 import { expect, test } from "vitest";
 import { isStill, samePoses } from "./stillness";
 import type { Frame } from "./world";

@@ -43,7 +43,7 @@ function sameValues(a: JointValues, b: JointValues): boolean {
 function isClose(a: ArrayLike<number>, b: ArrayLike<number>, least: number): boolean {
   if (a.length !== b.length) return false;
   for (let at = 0; at < a.length; at += 1) {
-    // What is not finite is never close to anything.
+    // Values that are not finite are close to nothing.
     if (!(Math.abs((a[at] ?? NaN) - (b[at] ?? NaN)) <= least)) return false;
   }
   return true;

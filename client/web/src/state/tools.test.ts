@@ -1,4 +1,4 @@
-// Who is asked before what concerns everybody.
+// Questions before a change that concerns all clients.
 import { expect, test, vi } from "vitest";
 import { askFirst, refreshClientsBy, tool } from "./tools";
 import { clients } from "./world";

@@ -5,7 +5,7 @@ import { clients } from "./world";
 
 /** A sheet over the page. */
 export type Tool =
-  /** What robots become that were dropped or chosen. */
+  /** Options of dropped or chosen robots. */
   | { kind: "load"; files: DroppedFile[] }
   /** Shapes, ground and height fields. */
   | { kind: "add" }
@@ -18,7 +18,7 @@ export type Tool =
 
 export const tool = signal<Tool | null>(null);
 
-/** What is moved by handles in the picture: a robot by its root, or one of the two others. */
+/** Object that handles in the picture move: a robot by its root, or one of the two others. */
 export interface Placing {
   robot: string;
   /** The link that the joints are to bring there. */

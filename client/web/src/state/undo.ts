@@ -1,4 +1,4 @@
-// What this page has changed in the world and can undo, the newest last.
+// Changes of the world by this page that it can undo, newest last.
 import { signal } from "@preact/signals";
 import { toast } from "./toasts";
 
@@ -13,7 +13,7 @@ export interface Change {
   what: string;
   undo: () => Promise<unknown>;
   redo: () => Promise<unknown>;
-  /** Of what: changes of one thing within a second are one. */
+  /** Key of the changed thing: changes of one thing within a second are one. */
   of?: string;
 }
 
@@ -23,10 +23,16 @@ interface Kept extends Change {
 
 export const past = signal<readonly Kept[]>([]);
 export const future = signal<readonly Kept[]>([]);
-/** What is being undone or redone: one after the other, since the second may need what the first brings. */
+/**
+ * Promise of the current undo or redo. They run one after the other, since the second may need the result of
+ * the first.
+ */
 let acting: Promise<void> = Promise.resolve();
 
-/** Notes a change that was made at `now`, milliseconds. What was undone before cannot be redone then. */
+/**
+ * Notes a change that was made at `now`, milliseconds. Changes that were undone before can no longer be
+ * redone.
+ */
 export function changed(change: Change, now = performance.now()): void {
   const last = past.peek().at(-1);
   future.value = [];

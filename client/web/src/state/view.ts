@@ -65,7 +65,7 @@ export const markersShown = stored("markers", true, isBoolean);
 export const linkNames = stored("linkNames", false, isBoolean);
 export const jointAxes = stored("jointAxes", false, isBoolean);
 export const centresOfMass = stored("centresOfMass", false, isBoolean);
-/** What lidars, range finders and cameras of the robot in the panel have met and seen. */
+/** Points of lidars and range finders, and pictures of cameras, of the robot in the panel. */
 export const pointsShown = stored("points", true, isBoolean);
 /** Ellipsoids of the inertias of links. */
 export const inertias = stored("inertias", false, isBoolean);
@@ -84,10 +84,10 @@ const isSlot = (value: unknown): value is [string, number] => Array.isArray(valu
 export type TextSize = "auto" | "100" | "125" | "150" | "200";
 const TEXT_SIZES: readonly unknown[] = ["auto", "100", "125", "150", "200"] satisfies TextSize[];
 export const textSize = stored<TextSize>("textSize", "auto", (value): value is TextSize => TEXT_SIZES.includes(value));
-/** The width of the side panel in rem; null is that of the style sheet. */
+/** Width of the side panel in rem; null stands for the style sheet's width. */
 export const panelWidth = stored<number | null>("panelWidth", null, (value): value is number | null => value === null || isNumber(value));
 
-/** What the side panel shows of a robot. */
+/** Part of a robot that the side panel shows. */
 export type PanelPart = "joints" | "structure";
 export const panelPart = stored<PanelPart>("panelPart", "joints", (value): value is PanelPart => value === "joints" || value === "structure");
 /** Simulated seconds that the plots show. */
@@ -105,14 +105,17 @@ export type CameraView = readonly [Vector, Vector];
 
 const isVector = (value: unknown): value is Vector => Array.isArray(value) && value.length === 3 && value.every(isNumber);
 const isView = (value: unknown): value is CameraView => Array.isArray(value) && value.length === 2 && value.every(isVector);
-/** Where the user has moved the camera; null if it is fitted to the scene. Of this tab: another visit may find other robots. */
+/**
+ * Camera as the user has moved it; null if it is fitted to the scene. It is kept for this tab: another visit may find other
+ * robots.
+ */
 export const cameraView = stored<CameraView | null>("camera", null, isView, () => sessionStorage);
 
 /** Without perspective: what is parallel is drawn parallel. */
 export const orthographic = stored("orthographic", false, isBoolean, () => sessionStorage);
 /** Small views from the front, the left and above, over the picture. */
 export const sideViews = stored("sideViews", false, isBoolean);
-/** What the sensors of the robot in the panel measured last, beside them. */
+/** Latest measurements of the robot in the panel, beside its sensors. */
 export const readingsShown = stored("readings", false, isBoolean);
 /** Name of the robot that the camera goes along with; empty if there is none. */
 export const followed = signal("");

@@ -1,7 +1,7 @@
 // The state of the world as signals: written by the connection to the daemon, read by the scene and the panels.
 import { signal } from "@preact/signals";
 
-/** What a joint's actuator does; "none" is a joint without one. */
+/** Mode of a joint's actuator; "none" is a joint without one. */
 export type Mode = "passive" | "position" | "velocity" | "effort" | "hold" | "none";
 
 /** One scalar degree of freedom: a row of the panel. Radians and newton metres, or metres and newtons. */
@@ -21,7 +21,7 @@ export interface Axis {
   upper?: number;
   velocityLimit?: number;
   effortLimit?: number;
-  /** Index into `JointValues.position`; of a ball joint that of its quaternion. */
+  /** Index into `JointValues.position`; for a ball joint, the index of its quaternion. */
   positionIndex: number;
   /** Index into the other arrays of `JointValues`. */
   velocityIndex: number;
@@ -63,7 +63,7 @@ export interface JointValues {
   mode: Mode[];
   /** Bits: 1 saturated, 2 at the lower limit, 4 at the upper. */
   flags: number[];
-  /** What keeps joints from their targets by touching, by joint. Absent if nothing does. */
+  /** Names of the bodies that block joints by contact, by joint. Absent without any. */
   blocks?: Map<string, string>;
 }
 
@@ -184,7 +184,7 @@ export interface RequestBytes {
 /** Null until the daemon has said them. */
 export const limits = signal<RequestBytes | null>(null);
 
-/** What a token allows. */
+/** Permissions of a token. */
 export type Role = "viewer" | "operator" | "admin";
 
 const ROLES: readonly (string | undefined)[] = ["viewer", "operator", "admin"] satisfies Role[];
@@ -193,7 +193,7 @@ export function isRole(value: string | undefined): value is Role {
   return ROLES.includes(value);
 }
 
-/** That of this page; null where the daemon asks for no tokens, and everybody may do everything. */
+/** Role of this page; null if the daemon asks for no tokens, so that every client may do everything. */
 export const role = signal<Role | null>(null);
-/** Whose token this page has; empty where the daemon asks for none. */
+/** Name of this page's token; empty if the daemon asks for none. */
 export const tokenName = signal("");

@@ -1,4 +1,4 @@
-// How much room the page has, as an attribute of the root element: what a query of the window's size cannot see, since text may be larger.
+// Size of the page as an attribute of the root element. Queries of the window's size ignore larger text.
 import { computed, effect, signal, type ReadonlySignal } from "@preact/signals";
 import { shownTextSize } from "./text-size";
 

@@ -1,4 +1,4 @@
-// The theme, light or dark: the setting of the page, or else that of the system, as an attribute of the root element.
+// The theme, light or dark: the setting of the page, or else of the system, as an attribute of the root element.
 import { computed, effect, signal, type ReadonlySignal } from "@preact/signals";
 import { theme } from "../state/view";
 
