@@ -25,7 +25,7 @@ export function compress(): Plugin {
         const packed = gzipSync(await readFile(path), { level: 9 });
         await writeFile(`${path}.gz`, packed);
         total += packed.length;
-        // What the first view needs is what the page names itself; the rest is loaded on demand.
+        // The first view needs the files that the page names; the rest is loaded on demand.
         if (entry.name === "index.html" || index.includes(`/${entry.name}"`)) first += packed.length;
       }
       console.log(`bundle: ${(first / 1000).toFixed(1)} kB gzipped for the first view, ${(total / 1000).toFixed(1)} kB in all`);

@@ -17,10 +17,10 @@ export default defineConfig({
     assetsInlineLimit: 0,
     // One file: three is most of it, and needed at once.
     chunkSizeWarningLimit: 1200,
-    // What the first view needs is one file: parts of it that others share would be compressed apart.
+    // The first view needs one file: parts that others share would be compressed apart.
     rolldownOptions: { output: { codeSplitting: { groups: [{ name: "first", tags: ["$initial"] }] } } },
   },
-  // What needs a daemon and a browser is in e2e, with a configuration of its own.
+  // Tests that need a daemon and a browser are in e2e, with a separate configuration.
   test: { include: ["src/**/*.test.ts"] },
   server: {
     proxy: {

@@ -1,4 +1,4 @@
-// The whole page for people who see or move differently: axe in light and dark, on a phone and in each sheet, all of which are opened by keys.
+// Accessibility of the whole page: axe in light and dark, on a phone and in each sheet. Keys alone open all sheets.
 
 import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -40,7 +40,7 @@ async function furnished(): Promise<Daemon> {
   return daemon;
 }
 
-/** What is opened, by keys alone: a shortcut, or buttons one after the other, each by its Enter; and by what it is known. */
+/** Sheets, opened by keys alone: a shortcut, or buttons one after the other, each by Enter; and the element by which each is known. */
 const SHEETS: readonly { name: string; keys?: string; buttons?: readonly string[]; shows: string }[] = [
   { name: "keys", keys: "?", shows: "help-sheet" },
   { name: "how to begin", buttons: ["help", "help-begin"], shows: "guide" },
@@ -68,7 +68,10 @@ async function enter(tab: Tab, id: string): Promise<void> {
 /** All that differs from light to dark: the elements are the same. */
 const COLOURS = ["color-contrast", "link-in-text-block"];
 
-/** What axe finds in the present theme, and in the colours of the other one, which stays; and whether the page is wider than its window. */
+/**
+ * Returns the problems that axe finds in the present theme and in the colours of the other one; the theme stays. Also returns whether the page
+ * is wider than its window.
+ */
 async function problems(tab: Tab, what: string): Promise<string[]> {
   const found = await tab.violations();
   const other = (await tab.page.locator("html").getAttribute("data-theme")) === "dark" ? "light" : "dark";
@@ -80,7 +83,7 @@ async function problems(tab: Tab, what: string): Promise<string[]> {
   return found.map((problem) => `${what}: ${problem}`);
 }
 
-/** Opens a sheet by keys, waits until it is there, and returns its problems. */
+/** Opens a sheet by keys, waits until it is shown, and returns its problems. */
 async function found(tab: Tab, { name, keys, buttons = [], shows }: (typeof SHEETS)[number]): Promise<string[]> {
   if (keys !== undefined) await tab.page.keyboard.press(keys);
   for (const button of buttons) {

@@ -189,7 +189,7 @@ test("a plot on a narrow page can be zoomed", async () => {
   const plot = tab.page.getByTestId("plot-position");
   await plot.waitFor();
   await tab.page.waitForFunction(() => (window.simd.frame()?.simTime ?? 0) > 1);
-  /** Pixels with a colour of their own: the line, unlike the grid and the labels, which are grey. */
+  /** Coloured pixels belong to the line; the grid and the labels are grey. */
   const coloured = () =>
     plot.locator("canvas").evaluate((canvas: HTMLCanvasElement) => {
       const data = canvas.getContext("2d")?.getImageData(0, 0, canvas.width, canvas.height).data ?? [];

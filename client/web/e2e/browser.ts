@@ -24,7 +24,7 @@ export async function connect(): Promise<Browser> {
   return vi.waitFor(() => chromium.connect(inject("browser")), { timeout: TIMEOUT, interval: 200 });
 }
 
-/** What WebGL says of a browser that draws the page without it, and so reads the picture back. */
+/** Warning of WebGL in a browser that draws the page in software, and so reads the picture back. */
 const READS_BACK = /GL Driver Message .*GPU stall due to ReadPixels/;
 
 const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
@@ -133,7 +133,9 @@ export class Tab {
     );
   }
 
-  /** What axe finds wrong with the page for people who see or move differently: the rule and the first element of each. `rules` are all unless they are named. */
+  /**
+   * Returns the accessibility faults that axe finds: the rule and the first element of each. Without `rules`, all rules are checked.
+   */
   async violations(rules: readonly string[] = []): Promise<string[]> {
     if (!(await this.page.evaluate(() => "axe" in window))) await this.page.evaluate(await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
     return this.page.evaluate(async (only) => {

@@ -1,5 +1,5 @@
-// A world is built in the page: shapes, robots with options, moving by handles and numbers, doubling, taking back, and one question
-// before what concerns everybody.
+// Building a world in the page: shapes, robots with options, moves by handles and numbers, duplicates, and undo. One question
+// precedes changes that concern all clients.
 
 import { mkdir, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -258,7 +258,7 @@ test("a number of the card moves a robot when it is entered or left, not with ea
   await type("y", "7");
   await tab.page.keyboard.press("Escape");
   await expect.poll(() => tab.page.getByTestId("place-y").inputValue()).toBe("-0.5");
-  // What is typed and cannot be read is said, and nothing moves.
+  // Text that cannot be read gives a message, and nothing moves.
   await type("x", "far");
   await tab.page.keyboard.press("Enter");
   await expect.poll(() => tab.page.getByTestId("place-x").getAttribute("aria-invalid")).toBe("true");

@@ -1,4 +1,5 @@
-// What the cameras of a robot see, in the panel and in the scene: drawn by a renderer that is this test.
+// Pictures of a robot's cameras, in the panel and in the scene. This test acts as the renderer that draws
+// them.
 
 import { expect, test } from "vitest";
 
@@ -44,7 +45,7 @@ test("a camera's picture is shown as it is drawn, and without a renderer what to
     });
   await expect.poll(seen, { timeout: 20_000 }).toEqual([32, 24, 200, 30, 60, 255]);
   expect(await picture.textContent()).toMatch(/at \d+\.\d{3} s/);
-  // In the scene it is there with the points that sensors have met, and goes with them.
+  // In the scene it is shown and hidden together with the points of sensors.
   await expect.poll(() => tab.page.evaluate(() => window.simd.cameraPictures())).toBe(1);
   await tab.page.evaluate(() => window.simd.camera.look([-1.2, -0.8, 0.7], [0.3, 0, 0]));
   await tab.page.waitForFunction(() => window.simd.settled());

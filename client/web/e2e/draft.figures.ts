@@ -1,4 +1,5 @@
-// Pictures a second of moving arms on a machine whose processor draws: PAGES names folders of pages to compare, else that of the daemon is measured.
+// Pictures a second of moving arms on a machine that draws in software. PAGES names folders of pages to compare; without it the daemon's page is
+// measured.
 
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, test } from "vitest";

@@ -1,4 +1,4 @@
-// What is dropped or chosen is loaded: folders, zips and files, one or several robots, and what is too large is said to be so.
+// Dropped or chosen files are loaded: folders, zips and files, one or several robots. Files that are too large get a message.
 
 import { mkdir, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -151,7 +151,7 @@ test("a description of 50 MB and a mesh beyond the limit are refused before they
 });
 
 test("a large drop says at once that the page looks for files", async () => {
-  // The browser is slow to name what is in a folder: until the test lets it go on.
+  // The browser lists a folder slowly: it waits until the test lets it continue.
   await tab.page.evaluate(() => {
     const page = window as unknown as { release: () => void };
     const held = new Promise<void>((done) => (page.release = done));

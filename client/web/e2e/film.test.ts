@@ -62,7 +62,7 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
   expect((await daemon.simulation.getSimulationState({})).state).toBe(SimulationState.PAUSED);
   const simulated = (await time()) - begun;
   const bytes = await saved(download);
-  // On a page of its own: the daemon's policy allows no video, which the page has no use for.
+  // Plays in a separate page: the daemon's policy allows no video, because its page needs none.
   const player = await tab.page.context().newPage();
   const film = await player.evaluate(async (text) => {
     const video = document.createElement("video");
@@ -77,7 +77,7 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
       const seeked = happened("seeked");
       video.currentTime = time;
       await seeked;
-      // What is drawn is black until the browser shows the picture, which may come after it says that it is there.
+      // The canvas is black until the browser shows the picture, which may come after the browser reports it.
       const picture = (): ImageData => {
         drawing.drawImage(video, 0, 0);
         return drawing.getImageData(0, 0, video.videoWidth, video.videoHeight);

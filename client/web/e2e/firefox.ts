@@ -17,7 +17,7 @@ const EXECUTABLES = [process.env.FIREFOX, "/usr/bin/firefox-esr", "/usr/bin/fire
 /** Milliseconds that a script may take, far more than a software renderer needs. */
 const TIMEOUT = 120_000;
 
-/** Of its own profile: no first page, no updates, no reports, and WebGL though the processor draws. */
+/** Preferences of its profile: no first page, no updates, no reports, and WebGL also in software. */
 const PREFERENCES: Record<string, string | number | boolean> = {
   "marionette.port": 0,
   "webgl.force-enabled": true,
@@ -47,7 +47,7 @@ export class Firefox {
     private readonly marionette: Marionette,
   ) {}
 
-  /** Starts it with a window of this size on a screen of its own: without a screen Firefox has no WebGL. */
+  /** Starts it with a window of this size on a separate screen: without a screen Firefox has no WebGL. */
   static async start(width: number, height: number): Promise<Firefox> {
     const executable = EXECUTABLES.find((path) => path !== undefined && existsSync(path));
     if (executable === undefined) throw new Error("there is no Firefox: `apt-get install firefox-esr`, or name one in FIREFOX");
@@ -87,7 +87,9 @@ export class Firefox {
     await this.marionette.command("WebDriver:Navigate", { url });
   }
 
-  /** Runs a function in the page, which sees nothing but its arguments, and gives what it returns, or what the promise that it returns leads to. */
+  /**
+   * Runs a function in the page, which sees nothing but its arguments. Returns its result, or the value of the promise that it returns.
+   */
   async evaluate<Arguments extends unknown[], Result>(run: (...given: Arguments) => Result | Promise<Result>, ...given: Arguments): Promise<Result> {
     const { value } = (await this.marionette.command("WebDriver:ExecuteScript", { script: `return (${String(run)})(...arguments)`, args: given, sandbox: null })) as { value: Result };
     return value;
@@ -214,12 +216,12 @@ class Marionette {
   }
 }
 
-/** What a pattern finds in the first line that it fits: its group, or all of it. */
+/** Returns the match of a pattern in the first line that it fits: its group, or all of it. */
 async function firstLine(stream: Readable, pattern: RegExp): Promise<string> {
   for await (const line of createInterface({ input: stream })) {
     const found = pattern.exec(line);
     if (!found) continue;
-    // What comes after it is not kept, and must not fill the pipe.
+    // Later output is not kept, and must not fill the pipe.
     stream.resume();
     return found[1] ?? found[0];
   }

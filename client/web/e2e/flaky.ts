@@ -1,4 +1,4 @@
-// Names the tests that failed and passed when they ran once more, with the failure, at the end of the run and in the notes of `make test`.
+// Reports tests that failed and then passed, with the failure, at the end of the run and in the notes of `make test`.
 
 import { appendFileSync } from "node:fs";
 

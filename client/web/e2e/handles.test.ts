@@ -45,7 +45,7 @@ test("the base of a robot is turned about one axis by its ring, and goes back", 
   await tab.page.getByTestId("place-rotate").click();
   const eye: Vector = [2, 2, 2];
   await look(tab, eye, [0, 0, 0.5]);
-  // The point of the ring about z that is nearest to the camera: no other ring is there.
+  // The point of the ring about z that is nearest to the camera, where no other ring passes.
   const along = ringRadius(Math.hypot(2, 2, 1.5)) * Math.SQRT1_2;
   await drag(tab, [along, along, 0.5], [60, 0]);
   await expect.poll(async () => Math.abs((await turn()).z)).toBeGreaterThan(0.05);

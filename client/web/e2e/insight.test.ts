@@ -1,4 +1,4 @@
-// What a robot is made of: its tree, names, axes and centres of mass; and how names and text are read.
+// Structure of a robot: its tree, names, axes and centres of mass; and how names and text are read.
 
 import { resolve } from "node:path";
 
@@ -37,7 +37,7 @@ test("the structure shows each link and joint with its figures", async () => {
   expect(facts).toMatch(/limits.* to .*rad/);
   expect(facts).toMatch(/centre of mass.* m/);
   expect(facts).toMatch(/inertia xx yy zz.*kg m²/);
-  // What drives it, and what the link looks like.
+  // Its actuator, and the link's appearance.
   const info = layout?.joints.find(({ name }) => name === joint?.name);
   expect(info?.gains?.stiffness).toBeGreaterThan(0);
   await expect.poll(() => row.textContent()).toMatch(/gains[\d.]+.*N m\/rad/);

@@ -56,7 +56,7 @@ test("a contact has its force beside it", async () => {
   const sum = (await labels()).reduce((total, text) => total + parseFloat(text), 0);
   expect(sum).toBeGreaterThan(5);
   expect(sum).toBeLessThan(2 * 9.81 * 1.2);
-  // The scale is as long as the arrow of its force: the weight of 2 kg is half the radius of what is there.
+  // The scale is as long as the arrow of its force: the weight of 2 kg is half the radius of the scene.
   const scale = tab.page.getByTestId("contact-scale");
   const newtons = parseFloat((await scale.textContent()) ?? "");
   const bar = (await scale.boundingBox())?.width ?? NaN;

@@ -1,4 +1,4 @@
-// What robots look like: pictures on meshes and shapes, from the daemon's disk and from the page; and how fine the picture is.
+// Appearance of robots: pictures on meshes and shapes, from the daemon's disk and from the page; and the resolution of the picture.
 
 import { cp, mkdir, mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -152,7 +152,7 @@ async function brightness(tab: Tab, points: number[][]): Promise<number[]> {
       const drawing = new OffscreenCanvas(image.width, image.height).getContext("2d", { willReadFrequently: true });
       if (drawing === null) throw new Error("no canvas");
       drawing.drawImage(image, 0, 0);
-      // The mean of a few pixels: the picture has noise of its own.
+      // The mean of a few pixels: the picture has noise.
       return places.map(({ x, y }) => {
         const { data } = drawing.getImageData(Math.round(x) - 1, Math.round(y) - 1, 3, 3);
         return data.filter((_, index) => index % 4 !== 3).reduce((sum, part) => sum + part, 0) / 27;

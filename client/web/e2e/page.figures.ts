@@ -83,8 +83,10 @@ test("states a second, and the daemon's real-time factor", async () => {
   await daemon.stop();
 });
 
-/** Milliseconds of script: in animation frames that drew, and of all that the page does; all that its main thread computes; and megabytes of
- * what scripts hold. */
+/**
+ * Milliseconds of script: in animation frames that drew, and in the whole page; of all computing in its main thread; and megabytes that
+ * scripts hold.
+ */
 async function measured(tab: Tab, span: number): Promise<string> {
   const session = await tab.page.context().newCDPSession(tab.page);
   await session.send("Performance.enable");

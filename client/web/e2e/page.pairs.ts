@@ -1,5 +1,5 @@
-// Draws what tests/reference/page_pairs.py has drawn with PyBullet and MuJoCo, from the same place, and puts both side by side into
-// target/pairs: the page on the left. To be looked at.
+// Draws the scenes that tests/reference/page_pairs.py has drawn with PyBullet and MuJoCo, from the same viewpoint. Writes both side
+// by side into target/pairs for people to compare: the page on the left.
 
 import { readFile, writeFile } from "node:fs/promises";
 import { resolve } from "node:path";
@@ -44,7 +44,7 @@ for (const pair of pairs.filter(({ name }) => wanted === undefined || wanted ===
       set("grid", false);
     });
     const tab = await Tab.open(context, daemon.url);
-    // The picture and nothing over it, as large as that of the peer.
+    // The picture without overlays, as large as the peer's.
     await tab.page.addStyleTag({ content: `.view > :not(.viewport), .scene-labels { display: none !important; } .viewport { width: ${width}px; height: ${height}px; inset: 0 auto auto 0 !important; }` });
     await tab.page.evaluate(({ position, target }) => window.simd.camera.look(position, target), pair);
     await tab.page.waitForFunction(({ width, height }) => document.querySelector("canvas")?.clientWidth === width && document.querySelector("canvas")?.clientHeight === height, { width, height });

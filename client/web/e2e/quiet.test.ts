@@ -37,7 +37,7 @@ test("a world that plays and in which nothing moves is not drawn again, and aske
   console.log(`a still world: ${((after.frames - before.frames) / seconds).toFixed(1)} states/s, ${(100 * share).toFixed(1)} % of a core on the main thread`);
   expect(after.pictures).toBe(before.pictures);
   expect((after.frames - before.frames) / seconds).toBeLessThan(12);
-  // Time goes on, and what moves is seen.
+  // Time advances, and motion is seen.
   expect(await tab.page.getByTestId("sim-time").textContent()).not.toBe("–");
   await daemon.aim("bench_arm", { shoulder: 0.6 });
   await tab.page.waitForFunction(() => Math.abs((window.simd.frame()?.joints.get("bench_arm")?.position[0] ?? 0) - 0.6) < 0.05);

@@ -19,7 +19,7 @@ const use = fixtures();
 let folder: string;
 let daemon: Daemon;
 
-/** What the daemon had at a time. */
+/** State of the daemon at a time. */
 interface Seen {
   simTime: number;
   position: number;

@@ -111,7 +111,7 @@ test("a robot that is looked at while its meshes load is framed as if they had b
     return tab.page.evaluate(() => [...window.simd.camera.position(), ...window.simd.camera.target()]);
   };
   const tab = await Tab.open(context, daemon.url);
-  // The user has moved the camera: it is not fitted by itself any more.
+  // The user has moved the camera: it is no longer fitted automatically.
   const move = () => window.simd.camera.look([9, 9, 9], [8, 8, 8]);
   await tab.page.evaluate(move);
   await tab.page.keyboard.press("f");

@@ -13,7 +13,7 @@ const use = fixtures();
 
 const NAME = "arm-with-a-name-that-is-longer-than-any-panel-of-a-phone-is-wide-left";
 
-/** Of these elements, how many are seen at their middle, and how many there are. */
+/** Returns how many of these elements are visible at their middle, and their number. */
 function seen(tab: Tab, selector: string): Promise<{ seen: number; all: number }> {
   return tab.page.evaluate((wanted) => {
     const all = [...document.querySelectorAll<HTMLElement>(wanted)];

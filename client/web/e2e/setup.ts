@@ -21,7 +21,10 @@ declare module "vitest" {
 
 const EXECUTABLES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
-/** Starts a browser that connects to no other host by itself, on an address that was chosen before, or else on a free one. */
+/**
+ * Starts a browser that connects only to hosts that a page names, on an address that was chosen before, or else on a free
+ * one.
+ */
 async function launch(address: { port?: number; wsPath?: string } = {}): Promise<BrowserServer> {
   const executablePath = EXECUTABLES.find((path) => path !== undefined && existsSync(path));
   if (executablePath === undefined) throw new Error("there is no Chromium: `apt-get install chromium`, or name one in CHROMIUM");

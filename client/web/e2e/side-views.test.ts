@@ -32,7 +32,7 @@ test("views from the front, the left and above show where things are, and lead t
     return [((box.left + box.right) / 2 - (area.left + area.right) / 2) / (frame.width / 2), ((area.top + area.bottom) / 2 - (box.top + box.bottom) / 2) / (frame.height / 2)];
   };
   await tab.picture("side-views");
-  // Who looks from the front has the robot's left at the right, and from above x is at the right.
+  // A view from the front has the robot's left at the right; a view from above has x at the right.
   const [front, left, top] = [await red("front"), await red("left"), await red("top")];
   expect(front[0]).toBeGreaterThan(0.15);
   expect(front[1]).toBeLessThan(-0.15);

@@ -8,7 +8,7 @@ import { fixtures } from "./fixtures";
 
 const use = fixtures();
 
-/** What the user sees in the middle of the picture. */
+/** Returns the text that the user sees in the middle of the picture. */
 function inTheMiddle(page: Page): Promise<string> {
   return page.evaluate(() => {
     const box = document.querySelector("[data-testid=viewport]")?.getBoundingClientRect();
