@@ -19,7 +19,7 @@ demo: demo-build
 	  'Ctrl-C here stops the daemon.' ''
 	@exec $(BIN)/simd --name demo --config tests/assets/demo.toml
 
-# The daemon and simctl, and no more: `simctl top` prints tables here, since its screen takes 26 crates.
+# The daemon and simctl only: `simctl top` prints tables here, since its screen takes 26 crates.
 demo-build: viewer
 	$(CARGO) build --locked -p simd-server -p simd-cli --no-default-features \
 	  --features simd-server/zenoh,simd-server/ros2,simd-cli/zenoh
@@ -36,7 +36,7 @@ camera:
 schema:
 	CARGO_TARGET_DIR=target/schema $(CARGO) run --quiet --locked --manifest-path proto/generate/Cargo.toml
 
-# The viewer, which becomes part of the daemon's binary: built where its sources changed.
+# The viewer, which becomes part of the daemon's binary; rebuilt if its sources changed.
 web: client/web/dist/index.html
 
 WEB_SOURCES := $(shell find client/web -type f -not -path '*/node_modules/*' -not -path '*/dist/*' \
@@ -49,7 +49,7 @@ client/web/node_modules/.package-lock.json: client/web/package-lock.json
 	cd client/web && npm ci --ignore-scripts --no-audit --no-fund --silent
 	@touch $@
 
-# The same where it can be: a daemon without the viewer has a page of tables in its place.
+# Builds the viewer if this machine can: a daemon without the viewer has a page of tables in its place.
 viewer:
 	@if command -v npm >/dev/null 2>&1; then \
 	  $(MAKE) --no-print-directory --silent web; \
@@ -57,8 +57,8 @@ viewer:
 	  echo 'npm is not there, so the daemon is built without its viewer: install Node 20 and run make again.'; \
 	fi
 
-# Installs what the tests need, and runs every suite, the cheapest stage first, with a table of seconds at the end. What this
-# machine cannot run is left out and named there; with CI set nothing is left out.
+# Installs the tests' requirements and runs every suite, the cheapest stage first, with a table of seconds at the end.
+# Tests that this machine cannot run are left out and named at the end; with CI set nothing is left out.
 STAGES ?= lint test-build test-rust test-python test-web
 test:
 	@MAKE="$(MAKE)" tests/stages/run.sh $(STAGES)
@@ -66,7 +66,7 @@ test:
 # Exits with 0 if this machine can run the tests that need something, 1 if they are left out, 2 if that is an error.
 CAN = tests/stages/can.sh
 
-# All that the suites run, built once: packages chosen by name have other features of their dependencies.
+# Everything that the suites run, built once: packages chosen by name have other features of their dependencies.
 test-build: viewer
 	$(CARGO) build --locked --workspace --all-targets
 
@@ -76,14 +76,14 @@ test-rust: nextest test-data
 	  1) $(CARGO) nextest run --locked --workspace -E 'not (binary(daemon) & test(cameras::))' ;; \
 	  *) exit 1 ;; esac
 
-# The Python client as it is installed, against the daemon that was built. In two processes, since most tests wait.
+# The installed Python client against the built daemon, in two processes because most tests wait.
 PYTEST_ARGS ?= -n 2 --dist loadfile
 test-python: python-embedded
 	cd client/python && ../../target/python-venv/bin/pyright --pythonpath ../../target/python-venv/bin/python
 	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest $(PYTEST_ARGS)
 
-# The extension module `simd_embedded`, where the Python client's tests find it. With all of the workspace, so that it is made
-# of what is built already.
+# Builds the extension module `simd_embedded` into the place where the Python client's tests find it. It is built with
+# the whole workspace, so that it uses the existing build.
 python-embedded: target/python-venv/installed
 	$(CARGO) build --locked --workspace --all-targets
 	cp $(BIN)/libsimd_embedded.so \
@@ -92,7 +92,7 @@ python-embedded: target/python-venv/installed
 PYTHON_CLIENT := $(shell find client/python/src -name '*.py' -not -path '*/proto/*') \
   $(wildcard proto/simd/v1/*.proto client/python/schema/*/*.proto client/python/*.toml client/python/hatch_build.py)
 
-# Rerun's own reader on a recording. Installed it takes 0.7 GB, so it is not a part of `make test`.
+# Rerun's reader on a recording. Its installation takes 0.7 GB, so `make test` does not include it.
 test-rerun: target/rerun-venv/installed
 	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/rerun-venv/bin/python -m pytest readers
 
@@ -112,8 +112,8 @@ target/python-venv/installed: client/python/requirements.txt $(PYTHON_CLIENT)
 	target/python-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
 	@touch $@
 
-# The documentation as web pages, in target/docs: docs/, the README, the Python client's docstrings and examples. A link that leads
-# nowhere, a page that is not in the list and a name without a docstring's object fail it.
+# The documentation as web pages, in target/docs: docs/, the README, the Python client's docstrings and examples. It
+# fails on a broken link, a page that is missing in the list, and a reference to an unknown docstring.
 docs: target/docs-venv/installed
 	NO_MKDOCS_2_WARNING=1 target/docs-venv/bin/mkdocs build --strict --config-file client/python/docs/mkdocs.yml
 
@@ -122,7 +122,8 @@ target/docs-venv/installed: client/python/docs/requirements.txt
 	target/docs-venv/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
-# The page's own tests, then the page that the daemon serves, in real browsers. Pictures go to target/screenshots.
+# The page's unit tests, then the page that the daemon serves, in real browsers. Pictures are written to
+# target/screenshots.
 test-web: test-data
 	@$(CAN) npm; case $$? in \
 	  0) $(MAKE) --no-print-directory web && (cd client/web && npm test --silent) && $(MAKE) --no-print-directory test-browsers ;; \
@@ -137,7 +138,8 @@ test-browsers:
 chromium firefox vulkan:
 	@$(CAN) $@
 
-# The page beside PyBullet's and MuJoCo's renderers, robot for robot, to be looked at: pictures in target/pairs, the page on the left.
+# The page beside PyBullet's and MuJoCo's renderers, robot for robot, for people to compare: pictures in target/pairs,
+# the page on the left.
 pairs: web chromium target/pairs-venv/installed
 	target/pairs-venv/bin/python tests/reference/page_pairs.py
 	cd client/web && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" npm run pairs --silent
@@ -147,7 +149,7 @@ target/pairs-venv/installed: tests/reference/peers/requirements.txt
 	target/pairs-venv/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
-# Robots that others made, for the suites: never committed.
+# Third-party robots for the suites: never committed.
 test-data: target/test-venv/installed
 
 target/test-venv/installed: tests/requirements.txt
@@ -155,13 +157,14 @@ target/test-venv/installed: tests/requirements.txt
 	target/test-venv/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
-# Without what it updates itself with, and not optimised: it starts programs and waits for them, and is compiled in half of the time.
+# Without self-update, and not optimised: it starts programs and waits for them, and compiles in half of the time.
 nextest:
 	@$(CARGO) nextest --version >/dev/null 2>&1 || \
 	  env -u RUSTC_WORKSPACE_WRAPPER $(CARGO) install cargo-nextest --locked --version $(NEXTEST_VERSION) --no-default-features --debug
 
-# Clippy checks all dependencies, which takes as long as half of a build. In CI its driver compiles the workspace in the
-# place of rustc instead, so that one build does both. It leaves out optimisations of MIR, so no package is built like this.
+# Clippy checks all dependencies, which takes as long as half of a build. In CI its driver compiles the workspace in
+# place of rustc instead, so that one build does both. It leaves out optimisations of MIR, so no package is built like
+# this.
 ifdef CI
 test-build test-rust python-embedded: export RUSTC_WORKSPACE_WRAPPER = clippy-driver
 test-build test-rust python-embedded: export CLIPPY_ARGS = -D__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__
@@ -184,10 +187,12 @@ lint-text:
 	  1) ;; \
 	  *) exit 1 ;; esac
 
-# Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
-# step beside MuJoCo, PyBullet and rapier, with a plot in target/bench; scans of a lidar beside MuJoCo and PyBullet; how exactly
-# contacts are solved over time by sweeps, by what simd chooses, and by MuJoCo's Newton, with a plot there too.
-# Built as it is installed, so that the figures are those that users get.
+# Figures for this machine:
+# * microseconds a step, round trips beside a TCP echo, and lateness;
+# * a step beside MuJoCo, PyBullet and rapier, with a plot in target/bench;
+# * scans of a lidar beside MuJoCo and PyBullet;
+# * accuracy of contacts over time, solved by sweeps, by simd's choice, and by MuJoCo's Newton, with a plot there too.
+# The profile is the installed one, so that the figures are those that users get.
 bench: test-data viewer
 	$(CARGO) build --locked --release --workspace --bins --features simd-tests/jemalloc
 	$(CARGO) bench --locked --profile release --workspace --bench figures --features simd-tests/jemalloc
@@ -197,8 +202,9 @@ bench: test-data viewer
 	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/lidar_peers.py
 	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/residual_peers.py
 
-# Rollouts: beside `mujoco.rollout`, as environments beside gymnasium's of MuJoCo, for controllers in real time, for learners, and shared by
-# daemons of which one is killed. Tables, and pictures in target/rollouts; a quarter of an hour.
+# Rollouts: beside `mujoco.rollout`, as environments beside gymnasium's of MuJoCo, for controllers in real time, for
+# learners, and shared by daemons of which one is killed. Writes tables, and pictures in target/rollouts, in a quarter
+# of an hour.
 ROLLOUT_BENCH = SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" target/rollouts-venv/bin/python client/python/benches
 rollouts: build target/rollouts-venv/installed
 	$(ROLLOUT_BENCH)/mujoco_rollouts.py
@@ -214,13 +220,17 @@ target/rollouts-venv/installed: client/python/benches/rollouts_requirements.txt 
 	target/rollouts-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
 	@touch $@
 
-# A daemon in a world that is alone for a fifth of SOAK_MINUTES, and then comes and goes, with a hundred readers on every
-# transport and floods of bad requests: a line each minute of what it costs, how fast that grows, and how late steps
-# were in both phases. Fails where a command was lost, a refusal was not counted or anything panicked; from 20 minutes on
-# also where memory certainly grows by 1 MiB an hour, or p99.9 of the lateness is more than half above that of the world alone, also of those steps beside
-# which a thread that only sleeps was in time, on the same processor and with a higher priority: how late a machine wakes any thread is its own.
-# SIMD_BINARY names another daemon, as that of `make dist`; SOAK_PRIORITY is the real-time priority of its physics thread (40; 0 is none),
-# and SOAK_LOCK=1 locks its memory, which then is the most that it ever needed: locked it gives none of it back.
+# A daemon in a world that is alone for a fifth of SOAK_MINUTES. Then clients come and go, with a hundred readers on
+# every transport and floods of bad requests. Each minute a line shows costs, their growth, and the lateness of steps in
+# both phases.
+# Fails if a command was lost, a refusal was not counted or anything panicked. From 20 minutes on it also fails if:
+# * memory certainly grows by 1 MiB an hour; or
+# * p99.9 of the lateness is more than half above the lone world's. It must also be so for the steps beside which a
+#   sleeping thread was in time, on the same processor and with a higher priority. Steps beside a late one do not count,
+#   since the machine wakes any thread late then.
+# SIMD_BINARY names another daemon, such as the daemon of `make dist`. SOAK_PRIORITY is the real-time priority of its
+# physics thread (40; 0 is none). SOAK_LOCK=1 locks its memory: locked memory is never given back, so the figure is then
+# the peak.
 SOAK_MINUTES ?= 60
 soak: build
 	SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev --workspace --bench soak
@@ -229,9 +239,12 @@ soak: build
 truth: test-data target/reference-venv/installed
 	CARGO="$(CARGO)" target/reference-venv/bin/python tests/reference/truth/report.py
 
-# Constraints in 300 random worlds where `make test` has some dozens; a world on one, two and four threads for 100,000 steps where it has
-# 1,600; worlds that are saved and restored for 100,000 steps where it has 8,000; overlapping robots in 300 worlds where it has 10;
-# and 2,000 mutations of each file of the fuzzers' corpus where it has 60.
+# Larger runs of tests from `make test`, whose numbers are in parentheses:
+# * constraints in 300 random worlds (some dozens);
+# * a world on one, two and four threads for 100,000 steps (1,600);
+# * worlds that are saved and restored for 100,000 steps (8,000);
+# * overlapping robots in 300 worlds (10);
+# * 2,000 mutations of each file of the fuzzers' corpus (60).
 wide:
 	EQUAL_STEPS=100000 THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 OVERLAPPING_WORLDS=300 $(CARGO) test --locked --workspace \
 	  --test physics -- --nocapture threads:: constraints::random_trees contradictions:: constraint_attacks:: long_runs put_into_each_other
@@ -241,8 +254,8 @@ wide:
 scenes: test-data target/reference-venv/installed
 	CARGO="$(CARGO)" target/reference-venv/bin/python tests/reference/truth/scenes_report.py
 
-# Fuzzes each target for FUZZ_SECONDS. What it finds is in tests/fuzz/libfuzzer/artifacts; a find that is mended
-# goes into tests/fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
+# Fuzzes each target for FUZZ_SECONDS. Crashes are written to tests/fuzz/libfuzzer/artifacts. A fixed one is added to
+# tests/fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
 FUZZ_SECONDS ?= 60
 FUZZ_VERSION := 0.13.2
 FUZZ_TARGETS ?= urdf sdf mjcf stl obj collada gltf looks msh heights_png heights_csv paths xacro
@@ -256,20 +269,20 @@ fuzz:
 	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
 
-# Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates. With all
-# of the workspace, so that dependencies have the features that the tests have them with, and are built once for both.
+# Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates.
+# It covers the whole workspace, so that dependencies have the tests' features and are built once for both.
 dist: web
 	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --workspace --bins --features simd-server/jemalloc
 	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist -p simd-embedded
 	python3 server/packaging/dist.py
 
-# Installs each of them where there is nothing else, and does the main job there. As root, for mmdebstrap and chroot.
+# Installs each package on an empty system, and does the main job there. It runs as root, for mmdebstrap and chroot.
 dist-check: dist
 	@command -v mmdebstrap >/dev/null 2>&1 || \
 	  (apt-get update -qq && apt-get install -y -qq --no-install-recommends mmdebstrap)
 	python3 server/packaging/check.py
 
-# The API suite with all of the daemon built as it is installed, and the suite of the programs against those that are.
+# The API suite against the installed build of the daemon, and the suite of the programs against the packaged ones.
 dist-test: dist
 	SIMD_BINARY="$(abspath $(or $(CARGO_TARGET_DIR),target))/dist/simd" \
 	  $(CARGO) nextest run --locked --workspace --features simd-server/jemalloc --cargo-profile dist --test api --test daemon

@@ -19,7 +19,7 @@ def make(release: Release, licences: str, scratch: Path) -> list[Path]:
     units = root / "lib" / "systemd" / "system"
     units.mkdir(parents=True)
     for unit in ("simd.service", "simd@.service"):
-        # Who unpacks an archive for the whole machine does it there.
+        # An archive for the whole machine is unpacked below /usr/local.
         text = (PACKAGING / "systemd" / unit).read_text().replace("/usr/bin/simd", "/usr/local/bin/simd")
         (units / unit).write_text(text)
     users = root / "lib" / "sysusers.d"
@@ -36,7 +36,7 @@ def make(release: Release, licences: str, scratch: Path) -> list[Path]:
 
 
 def _pack(root: Path, release: Release) -> Path:
-    """The tree in an archive, in the order of names and as root's."""
+    """Writes the tree as an archive, ordered by name and owned by root."""
     settle(root, release.time)
 
     def owned(member: tarfile.TarInfo) -> tarfile.TarInfo:

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Installs what is in dist/ where there is nothing else, and does the main job there. `make dist-check` runs it.
+"""Installs the files of dist/ on empty systems, and does the main job there. `make dist-check` runs it.
 
-The archive goes into an empty folder, the wheels into a new virtual environment, the Debian package into a Debian that
-mmdebstrap makes (as root: it needs chroot), and where podman is, the programs into an image. In each a daemon starts, a
-robot is loaded, a joint is set, and it is there.
+The archive goes into an empty folder, and the wheels into a new virtual environment. The Debian package
+goes into a Debian that mmdebstrap makes (as root: it needs chroot). If podman is installed, the programs
+go into an image. In each a daemon starts, loads a robot and sets a joint, which is then read back.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from release import PROGRAMS, REPOSITORY, run, target_folder
 
 DIST = REPOSITORY / "dist"
 ROBOT = REPOSITORY / "tests" / "assets" / "Bench_Arm-1.2 rev B"
-# The oldest Debian that the programs are for.
+# The oldest supported Debian.
 SUITE = "bookworm"
 MIRROR = "http://deb.debian.org/debian"
-# Where a daemon listens that must not meet another: two free ports.
+# Addresses of a daemon that must not meet another: two free ports.
 FREE = ["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
-# Whatever takes longer has hung.
+# Timeout of a command, seconds: longer ones hang.
 HUNG = 120
 
 SCRIPT = """
@@ -51,7 +51,7 @@ p.disconnect()
 
 
 def main() -> None:
-    """Checks all of them, with a line for each: what it is, its size, how long it took."""
+    """Checks all packages, with a line for each: name, size and duration."""
     for package in sorted(DIST.iterdir()):
         print(f"{package.stat().st_size / 1e6:8.2f} MB  {package.name}")
     checks: list[tuple[str, Callable[[Path], None]]] = [
@@ -74,7 +74,7 @@ def main() -> None:
 
 
 def one(pattern: str) -> Path:
-    """The one file of this name in dist/."""
+    """Returns the one file of this name in dist/."""
     found = list(DIST.glob(pattern))
     if len(found) != 1:
         raise SystemExit(f"there are {len(found)} files {pattern} in {DIST}: `make dist` makes one")
@@ -82,7 +82,7 @@ def one(pattern: str) -> Path:
 
 
 def check_archive(scratch: Path) -> None:
-    """Unpacked and run, with nothing of this system's on the PATH."""
+    """Unpacks and runs the archive, without this system's programs on the PATH."""
     with tarfile.open(one("simd-*-linux.tar.xz")) as archive:
         archive.extractall(scratch, filter="data")
     (root,) = scratch.iterdir()
@@ -106,7 +106,7 @@ def check_archive(scratch: Path) -> None:
 
 
 def check_wheels(scratch: Path) -> None:
-    """The line of the README, then a PyBullet script that finds its daemon by itself."""
+    """Runs the README's line, then a PyBullet script that finds its daemon automatically."""
     venv.create(scratch / "venv", with_pip=True)
     programs = scratch / "venv" / "bin"
     wheels = [one("simd_daemon-*.whl"), one("simd_client-*.whl")]
@@ -117,7 +117,7 @@ def check_wheels(scratch: Path) -> None:
     script.write_text(SCRIPT)
     # Neither is the environment activated nor its folder on the PATH.
     run(programs / "python", script, urdf, env=environment, timeout=HUNG)
-    # The same in one process.
+    # Does it in one process.
     run(programs / "pip", "install", "--quiet", "--disable-pip-version-check", one("simd_embedded-*.whl"))
     script.write_text(SCRIPT.replace("--new", "--embedded"))
     run(programs / "python", script, urdf, env=environment, timeout=HUNG)
@@ -127,10 +127,11 @@ def check_wheels(scratch: Path) -> None:
 
 
 def check_package(scratch: Path) -> None:
-    """Installed, run as its unit runs it, installed again over a changed configuration, removed, purged."""
+    """Installs the package, runs it as its unit does, installs it again over a changed configuration, removes
+    and purges it."""
     package = one("simd_*.deb")
     if shutil.which("lintian"):
-        # What is left out is what a package outside of Debian has not: a bug to close, and an address where none is given.
+        # Suppressed checks do not apply outside of Debian: a bug to close, and an address if none is given.
         left_out = "initial-upload-closes-no-bugs,bogus-mail-host,bogus-mail-host-in-debian-changelog"
         run("lintian", "--allow-root", "--fail-on=error,warning", f"--suppress-tags={left_out}", package)
     root = scratch / "root"
@@ -151,7 +152,7 @@ def check_package(scratch: Path) -> None:
         as_user = ["chroot", "--userspec=simd:simd", str(root)]
         main_job(lambda name: as_user + (command[:1] if name == "simd" else [name]), Path("/srv/arm"), command[1:])
 
-    # As in a container: no root, and nothing can be written.
+    # As in a container: without root, and with a read-only file system.
     line = 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec chroot --userspec=65532:65532 "$0" "$@"'
     read_only = ["unshare", "--mount", "--propagation=private", "sh", "-ec", line, str(root)]
     main_job(lambda name: [*read_only, name], Path("/srv/arm"), ["--config", "/etc/simd/simd.toml"])
@@ -170,9 +171,10 @@ def check_package(scratch: Path) -> None:
 
 
 def check_image(scratch: Path) -> None:
-    """The last stage of the Containerfile on an empty Debian, run without root, without rights and read-only.
+    """Runs the Containerfile's last stage on an empty Debian, without root, without capabilities and
+    read-only.
 
-    What its build stages would compile is what is packed already, and the images that they begin with are a registry's.
+    The packed binaries replace the results of its build stages, whose base images come from a registry.
     """
     runtime = ["--runtime", "runc"] if shutil.which("runc") else []
     programs = scratch / "src" / "target" / "release"
@@ -196,7 +198,7 @@ def check_image(scratch: Path) -> None:
         base = ["--build-arg", f"BASE={images['debian']}"]
         run("podman", "build", *flags, *base, "--file", file, "--tag", images["image"], REPOSITORY)
         started = ["podman", *runtime, "run", "--rm", "--read-only", "--cap-drop", "all", "--network", "host"]
-        # podman's own limits may be beyond those of who runs this, and its checks of health need systemd.
+        # podman's limits may exceed the limits of this user, and its health checks need systemd.
         started += ["--ulimit=nofile=1024:1024", "--ulimit=nproc=1024:1024", "--no-healthcheck"]
         started += ["--volume", f"{ROBOT}:/srv/arm:ro"]
 
@@ -209,7 +211,7 @@ def check_image(scratch: Path) -> None:
 
 
 def unpack_empty_system(root: Path) -> None:
-    """The files of an empty Debian, which reaches the network as this system does."""
+    """Files of an empty Debian, which uses this system's network."""
     root.mkdir()
     run("tar", "--extract", "--numeric-owner", "--file", empty_system(), "--directory", root)
     for name in ("resolv.conf", "hosts"):
@@ -230,13 +232,13 @@ def empty_system() -> Path:
 
 
 def inside(root: Path, *command: str) -> str:
-    """The output of a command in the other system, with a /proc that goes with it."""
+    """Returns the output of a command in the other system, with its /proc mounted."""
     line = 'mount -t proc proc "$0/proc" && exec chroot "$0" "$@"'
     return run("unshare", "--mount", "--propagation=private", "sh", "-ec", line, root, *command, stderr=subprocess.STDOUT)
 
 
 def started_by(root: Path, unit: str, instance: str) -> list[str]:
-    """The command of an installed unit."""
+    """Returns the command of an installed unit."""
     text = (root / "lib/systemd/system" / unit).read_text()
     (line,) = [line for line in text.splitlines() if line.startswith("ExecStart=")]
     return shlex.split(line.removeprefix("ExecStart=").replace("%i", instance))
@@ -245,7 +247,7 @@ def started_by(root: Path, unit: str, instance: str) -> list[str]:
 def main_job(
     program: Callable[[str], list[str]], robot: Path, flags: list[str], environment: dict[str, str] | None = None
 ) -> None:
-    """Starts a daemon, loads a robot, sets a joint, steps, reads it, and ends the daemon in good order."""
+    """Starts a daemon, loads a robot, sets a joint, steps, reads it, and stops the daemon cleanly."""
     if environment is None:
         environment = {"PATH": os.environ["PATH"], "HOME": "/"}
     began = time.monotonic()

@@ -11,7 +11,7 @@ from release import PACKAGING, Release, run
 from tree import compress, install, settle
 
 _ARCHITECTURES = {"x86_64": "amd64", "aarch64": "arm64"}
-# Who builds it, by the variables that Debian's tools read.
+# The maintainer, from the variables that Debian's tools read.
 _MAINTAINER = f"{os.environ.get('DEBFULLNAME', 'simd developers')} <{os.environ.get('DEBEMAIL', 'simd@localhost.localdomain')}>"
 
 
@@ -60,7 +60,7 @@ def make(release: Release, licences: str, scratch: Path) -> Path:
 
 
 def _documents(folder: Path, release: Release) -> None:
-    """As policy wants them."""
+    """Permissions that policy requires."""
     shutil.copy(PACKAGING / "debian" / "copyright", folder)
     for name in ("THIRD-PARTY-LICENSES.txt", "CHANGELOG.md"):
         compress(folder / name)

@@ -16,7 +16,7 @@ import wheel
 
 
 def main() -> None:
-    """Makes all of them, and prints their sizes."""
+    """Makes all packages, and prints their sizes."""
     shutil.rmtree(release.REPOSITORY / "dist", ignore_errors=True)
     made = release.prepare()
     texts = licences.collect()
@@ -29,7 +29,7 @@ def main() -> None:
 
 
 def _client(made: release.Release) -> Path:
-    """The Python client's wheel, by its own build."""
+    """Builds the Python client's wheel with its build system."""
     source = release.REPOSITORY / "client" / "python"
     quiet = ["--quiet", "--disable-pip-version-check"]
     release.run(sys.executable, "-m", "pip", "wheel", *quiet, "--no-deps", "--wheel-dir", made.to, source)

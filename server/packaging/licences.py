@@ -1,4 +1,4 @@
-"""The licences of everything that is compiled into the binaries: crates, Rust's own library, and what the page is made of."""
+"""Licences of all code in the binaries: crates, Rust's standard library, and the packages of the page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from release import REPOSITORY, run
 
-# Of a crate with a choice of licences one has to be among these, of one with several all.
+# Accepted licences: one must be here for a crate with a choice, all for a crate with several.
 _ACCEPTED = {
     "0BSD",
     "Apache-2.0",
@@ -22,7 +22,7 @@ _ACCEPTED = {
     "CDLA-Permissive-2.0",
     "ISC",
     "MIT",
-    # Used as it is, and named with where its source is.
+    # Used unchanged, and named with the address of its source.
     "MPL-2.0",
     "Unicode-3.0",
     "Unlicense",
@@ -31,16 +31,16 @@ _ACCEPTED = {
 _FILE = re.compile(r"(un)?licen[cs]e|copying|copyright|notice", re.IGNORECASE)
 _WEB = REPOSITORY / "client" / "web"
 
-# Packages whose second licence is at the head of one of their sources alone.
+# Packages that state their second licence only at the head of one of their sources.
 _HEADS = {"@bufbuild/protobuf": "dist/esm/wire/varint.js"}
 
-# Features that packages have beside the default ones, as the Makefile builds them.
+# Features of packages beside the default ones, as the Makefile builds them.
 _FEATURES = "--features=simd-server/jemalloc"
 
-# Crates with sources of others inside, and where the licence of those is.
+# Crates that contain third-party sources, and the place of their licence.
 _INSIDE = {"tikv-jemalloc-sys": "jemalloc/COPYING"}
 
-# For crates that have no file of it. SPDX's text.
+# Text for crates without a licence file, from SPDX.
 _MIT = """Copyright (c) {holders}
 
 Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
@@ -67,9 +67,9 @@ class _Package:
 
 
 def collect() -> str:
-    """The document: a line for each package, then each text with the packages that it is of.
+    """Returns the document: a line for each package, then each text with its packages.
 
-    Exits where a package has no licence, or one that was not looked at.
+    Exits if a package has no licence, or one that is not reviewed.
     """
     packages = [*_crates(), *_page(), _standard_library()]
     for package in packages:
@@ -86,16 +86,16 @@ def collect() -> str:
 
 
 def _crates() -> list[_Package]:
-    """What `cargo tree` says is linked; macros run when it is compiled, and are not."""
+    """Packages that `cargo tree` lists as linked. Macros run at compile time, and are not linked."""
     packages = ["--package=simd-server", "--package=simd-cli", "--package=simd-camera", "--package=simd-embedded"]
     edges = ["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
     linked = run("cargo", "tree", "--locked", _FEATURES, *packages, *edges, cwd=REPOSITORY)
-    # `name v1.2.3`, and `(*)` where it was there before.
+    # `name v1.2.3`, and `(*)` if it was listed before.
     wanted = {tuple(line.split()[:2]) for line in linked.splitlines() if line}
     metadata = json.loads(run("cargo", "metadata", "--format-version=1", "--locked", _FEATURES, cwd=REPOSITORY))
     found: list[_Package] = []
     for crate in sorted(metadata["packages"], key=lambda crate: (crate["name"], crate["version"])):
-        # Those without a source are our own.
+        # Crates without a source are ours.
         if crate["source"] is None or (crate["name"], f"v{crate['version']}") not in wanted:
             continue
         name = f"{crate['name']} {crate['version']}"
@@ -109,7 +109,7 @@ def _crates() -> list[_Package]:
 
 
 def _page() -> list[_Package]:
-    """What the page in the browser is made of."""
+    """Packages of the page in the browser."""
     lock = json.loads((_WEB / "package-lock.json").read_text())
     found: list[_Package] = []
     for place, package in lock["packages"].items():
@@ -135,15 +135,15 @@ def _standard_library() -> _Package:
 
 
 def _files(folder: Path) -> list[str]:
-    """The files about licences in a package."""
+    """Returns the licence files of a package."""
     files = [path for path in sorted(folder.glob("*")) if path.is_file() and _FILE.match(path.name)]
     return [path.read_text(errors="replace").strip() for path in files]
 
 
 def _standard_text(name: str, licence: str, authors: list[str]) -> str:
-    """The text of a licence for a package that brings none."""
+    """Returns the text of a licence for a package without one."""
     choices = set(re.split(r"\s+OR\s+|\s*/\s*", licence))
-    # The other half is at the head of a source.
+    # The head of a source has the other half.
     choices |= {part for part in licence.strip("()").split(" AND ") if name in _HEADS}
     if "Apache-2.0" in choices:
         return (REPOSITORY / "LICENSE").read_text().strip()
@@ -153,7 +153,7 @@ def _standard_text(name: str, licence: str, authors: list[str]) -> str:
 
 
 def _accept(package: _Package) -> None:
-    """Exits where the licence is none that was looked at."""
+    """Exits if the licence is not reviewed."""
     for clause in re.split(r"\s+AND\s+", package.licence.strip()):
         choices = {choice.strip() for choice in re.split(r"\s+OR\s+|\s*/\s*", clause.strip("()"))}
         if not choices & _ACCEPTED:

@@ -1,4 +1,4 @@
-"""What is packed: the binaries as they were built, their version, and where things go."""
+"""Contents of packages: the built binaries, their version, and their places."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGING = REPOSITORY / "server" / "packaging"
 PROGRAMS = ("simd", "simctl", "simd-camera")
 
-# What every system with glibc has: manylinux's list, less what nothing here needs.
+# Libraries that every system with glibc has: manylinux's list, without those that nothing here needs.
 _SYSTEM_LIBRARIES = {"libc.so.6", "libm.so.6", "libgcc_s.so.1", "libdl.so.2", "libpthread.so.0", "librt.so.1"}
 
 
 @dataclass(frozen=True)
 class Release:
-    """What all packages are made of."""
+    """Contents of all packages."""
 
     version: str
-    # As `uname -m` has it.
+    # The output of `uname -m`.
     machine: str
     # The binaries without their symbols, in `bin`; the symbols beside it.
     programs: Path
@@ -32,17 +32,17 @@ class Release:
     time: int
     # The newest glibc whose symbols a binary needs.
     glibc: tuple[int, int]
-    # Where packages go.
+    # Folder for packages.
     to: Path
 
     @property
     def name(self) -> str:
-        """Of the archive and of the folder in it."""
+        """Name of the archive and of the folder in it."""
         return f"simd-{self.version}-{self.machine}-linux"
 
 
 def run(*command: str | Path, **options: object) -> str:
-    """The output of a command. Where it fails, that is shown and all ends."""
+    """Returns the output of a command. If it fails, prints its output and exits."""
     line = [str(part) for part in command]
     done: subprocess.CompletedProcess[str] = subprocess.run(line, stdout=subprocess.PIPE, text=True, **options)  # type: ignore[call-overload]
     if done.returncode != 0:
@@ -51,12 +51,12 @@ def run(*command: str | Path, **options: object) -> str:
 
 
 def target_folder() -> Path:
-    """Where cargo builds."""
+    """Returns cargo's target folder."""
     return Path(os.environ.get("CARGO_TARGET_DIR") or REPOSITORY / "target")
 
 
 def prepare() -> Release:
-    """Takes the binaries that `cargo build --profile dist` made, and their symbols out of them."""
+    """Takes the binaries that `cargo build --profile dist` made, and separates their symbols."""
     metadata = json.loads(run("cargo", "metadata", "--format-version=1", "--locked", "--no-deps", cwd=REPOSITORY))
     version = next(package["version"] for package in metadata["packages"] if package["name"] == "simd-server")
     time = os.environ.get("SOURCE_DATE_EPOCH") or run("git", "log", "-1", "--format=%ct", cwd=REPOSITORY)
@@ -72,11 +72,12 @@ def prepare() -> Release:
 
 
 def _part(built: Path, folder: Path) -> None:
-    """A binary without its symbols, and these in a file that debuggers and backtraces look for beside it."""
+    """Writes a binary without its symbols, and the symbols into a file that debuggers and backtraces find
+    beside it."""
     program, symbols = folder / built.name, folder / f"{built.name}.debug"
     run("objcopy", "--only-keep-debug", "--compress-debug-sections", built, symbols)
     symbols.chmod(0o644)
-    # The link is by the file's name, without its folder, and by its checksum.
+    # The link has the file's name, without its folder, and its checksum.
     run("objcopy", "--strip-all", f"--add-gnu-debuglink={symbols.name}", built, program, cwd=folder)
 
 
@@ -88,7 +89,8 @@ def shared_library(built: Path, to: Path) -> tuple[int, int]:
 
 
 def _glibc(program: Path) -> tuple[int, int]:
-    """The newest glibc whose symbols it needs. Needing any other library than the system's is an error."""
+    """Returns the newest glibc whose symbols a file needs. Exits if it needs other libraries than the
+    system's."""
     needed = set(re.findall(r"NEEDED\s+(\S+)", run("objdump", "-p", program)))
     others = {library for library in needed - _SYSTEM_LIBRARIES if not library.startswith("ld-linux")}
     if others:

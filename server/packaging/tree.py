@@ -1,4 +1,4 @@
-"""The files of an installation, below a prefix such as /usr: what the archive and the Debian package have in common."""
+"""Files of an installation below a prefix such as /usr, shared by the archive and the Debian package."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from release import PACKAGING, PROGRAMS, REPOSITORY, Release, run
 
 _DOCUMENTS = ("README.md", "CHANGELOG.md", "SECURITY.md", "docs/operations.md", "docs/daemon.md", "docs/configuration.md",
               "docs/simctl.md")
-# Where each shell looks for a completion of simctl.
+# Folder where each shell looks for a completion of simctl.
 _COMPLETIONS = {
     "bash": "share/bash-completion/completions/simctl",
     "zsh": "share/{zsh}/_simctl",
@@ -20,7 +20,7 @@ _COMPLETIONS = {
 
 
 def install(release: Release, prefix: Path, licences: str, zsh: str = "zsh/site-functions") -> None:
-    """Puts programs, manual pages, completions and documents below a prefix."""
+    """Writes programs, manual pages, completions and documents below a prefix."""
     programs = prefix / "bin"
     programs.mkdir(parents=True)
     for name in PROGRAMS:
@@ -52,7 +52,7 @@ def compress(path: Path) -> None:
 
 
 def settle(root: Path, time: int) -> None:
-    """Gives all files of a tree the same time, and the modes that they are to have."""
+    """Gives all files of a tree the same time, and their modes."""
     for path in [root, *root.rglob("*")]:
         is_program = path.is_dir() or path.parent.name == "bin" or path.parent.name == "DEBIAN" and path.name[:1] == "p"
         path.chmod(0o755 if is_program else 0o644)

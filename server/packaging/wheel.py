@@ -1,8 +1,10 @@
-"""The Python wheels `simd-daemon`: the programs, for a machine with pip and without a package manager; and `simd-embedded`: the
-extension module.
+"""The Python wheels `simd-daemon` and `simd-embedded`.
 
-A wheel is a zip file whose folder `data/scripts` goes where an environment has its programs. maturin would build the
-programs once more to write the same, and takes the binaries of one crate only.
+`simd-daemon` has the programs, for machines with pip and without a package manager. `simd-embedded` has
+the extension module.
+
+A wheel is a zip file whose folder `data/scripts` is installed among an environment's programs. maturin
+would build the programs once more to write the same file, and takes the binaries of one crate only.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from pathlib import Path
 
 from release import PROGRAMS, REPOSITORY, Release, shared_library, target_folder
 
-# What goes into METADATA, in the form of core metadata 2.4.
+# Contents of METADATA, in the form of core metadata 2.4.
 _METADATA = """Metadata-Version: 2.4
 Name: simd-daemon
 Version: {version}
@@ -48,7 +50,7 @@ The extension module `simd_embedded`: the world and the services of the daemon `
 
 
 def make(release: Release, licences: str) -> Path:
-    """The wheel of the programs, with a tag that is true for the glibc that they need (PEP 600)."""
+    """Writes the programs' wheel, with a tag that fits the glibc that they need (PEP 600)."""
     major, minor = release.glibc
     stem = f"simd_daemon-{release.version}"
     files: dict[str, tuple[bytes, int]] = {
@@ -59,7 +61,7 @@ def make(release: Release, licences: str) -> Path:
 
 
 def make_embedded(release: Release, licences: str) -> Path:
-    """The wheel of the extension module, which is for the stable ABI of Python 3.10 and later."""
+    """Writes the extension module's wheel, which is for the stable ABI of Python 3.10 and later."""
     module = release.programs / "simd_embedded.abi3.so"
     glibc = shared_library(target_folder() / "dist" / "libsimd_embedded.so", module)
     stem = f"simd_embedded-{release.version}"
@@ -71,7 +73,7 @@ def make_embedded(release: Release, licences: str) -> Path:
 def _write(
     release: Release, stem: str, tag: str, metadata: str, licences: str, content: dict[str, tuple[bytes, int]]
 ) -> Path:
-    """A wheel of these files, bytes and mode by name, with what says what it is."""
+    """Writes a wheel of these files, bytes and mode by name, with its metadata."""
     files = dict(content)
     about = f"{stem}.dist-info"
     texts = {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Says whether this machine can run the tests that need something, after installing it where that is possible. Where it
-# is not, adds a line to $NOTES that names the tests and the command; with CI set that is an error.
+# Checks whether this machine can run tests with a requirement, and installs the requirement if possible. If it cannot,
+# it adds a line to $NOTES that names the tests and the command. With CI set that is an error.
 #
 # usage: can.sh npm | vulkan | chromium | firefox
 set -uo pipefail
@@ -34,7 +34,7 @@ case "$need" in
 esac
 
 has >/dev/null 2>&1 && exit 0
-# Node comes with no version that Debian has.
+# Debian's versions of Node are too old.
 if [ "$need" != npm ] && [ "$(id --user)" -eq 0 ] && command -v apt-get >/dev/null 2>&1; then
   # shellcheck disable=SC2086
   apt-get update -qq && apt-get install -y -qq --no-install-recommends $packages >/dev/null && has >/dev/null 2>&1 && exit 0

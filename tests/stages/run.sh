@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Runs the stages of `make test`, the cheapest first, and ends with a table of their seconds. Stops at the first stage that
-# fails. A stage may write lines to $NOTES: tests that it left out, with the command that installs what they need, and tests
-# that passed only when they ran again.
+# Runs the stages of `make test`, the cheapest first, and ends with a table of their seconds. Stops at the first failed
+# stage. A stage may write lines to $NOTES:
+# * tests that it left out, with the command that installs their requirements;
+# * tests that passed only on a second run.
 #
 # usage: run.sh STAGE...   (each is a make target)
 set -uo pipefail
@@ -16,7 +17,7 @@ for stage in "$@"; do
   printf '\n== %s\n' "$stage"
   { seconds="$( { time "${MAKE:-make}" --no-print-directory "$stage" >&3 2>&4; } 2>&1)"; } 3>&1 4>&2
   code=$?
-  # The last line is that of `time`.
+  # The last line is the output of `time`.
   read -r wall user sys <<<"$(tail --lines 1 <<<"$seconds")"
   result=passed
   [ "$code" -eq 0 ] || result=FAILED

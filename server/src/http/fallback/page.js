@@ -23,7 +23,7 @@ function rows(joint) {
     const force = slides ? "N" : "N m";
     const number = (value, of) => (value === undefined ? "" : `${value.toFixed(4)} ${of}`);
     const target = { position: unit, hold: unit, velocity: `${unit}/s`, effort: force }[mode];
-    // Of a floating joint the position is a pose, which has no value for each rate.
+    // The position of a floating joint is a pose, which has no value for each rate.
     const position = joint.position.length === joint.mode.length ? number(joint.position[axis], unit) : "";
     return [
       many ? `${joint.name} ${axis}` : joint.name,
