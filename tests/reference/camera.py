@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
-"""What `simd-camera` draws beside PyBullet's TinyRenderer: robots of pybullet_data, from the same matrices.
+"""Pictures of `simd-camera` beside PyBullet's TinyRenderer: robots of pybullet_data, with the same matrices.
 
     target/python-venv/bin/python tests/reference/camera.py [--programs target/debug]
 
-For each robot: how depths differ away from edges, how many pixels are of another link, pictures a second, and processor time a
-picture, both drawn by the processor: of simd-camera alone, and of daemon, renderer and script together. Writes camera.md, and for each
-robot a picture with simd's on the left and PyBullet's on the right, into target/camera.
+For each robot it prints the differences of depths away from edges, and how many pixels show another link.
+It also prints pictures a second and processor time a picture; the processor draws both. Times are of
+simd-camera alone, and of daemon, renderer and script together. Writes camera.md into target/camera, and
+for each robot a picture with simd's on the left and PyBullet's on the right.
 
-Both are asked through the same functions, `getCameraImage` of PyBullet and of `simd_client.pybullet`. TinyRenderer takes the lower left
-corner of a pixel, and a GPU its middle: simd's projection is moved by half a pixel, so that both look along the same rays. PyBullet
-takes the colours of meshes by a flag, as simd always does. r2d2 is of primitives, which TinyRenderer draws with few corners:
-depths of its round parts are off by what these leave out.
+Both receive the same calls, `getCameraImage` of PyBullet and of `simd_client.pybullet`. TinyRenderer
+samples a pixel at its lower left corner, and a GPU at its middle. simd's projection is moved by half a
+pixel, so that both look along the same rays. A flag makes PyBullet use the colours of meshes, as simd
+always does. r2d2 consists of primitives, which TinyRenderer draws with few corners: depths of its round
+parts differ by that.
 """
 
 from __future__ import annotations
@@ -53,7 +55,7 @@ FRAMES = 40
 
 
 def main() -> None:
-    """Compares all of them, and prints the table."""
+    """Compares all robots, and prints the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--programs", type=Path, default=REPOSITORY / "target" / "debug")
     parser.add_argument("--out", type=Path, default=REPOSITORY / "target" / "camera")
@@ -77,7 +79,7 @@ def main() -> None:
 
 
 class Daemon:
-    """A daemon and a renderer of its own, which end with the script."""
+    """A separate daemon and renderer, which end with the script."""
 
     def __init__(self, programs: Path) -> None:
         flags = ["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0", "--paused", "--until-stdin-closes"]
@@ -91,7 +93,7 @@ class Daemon:
         return self
 
     def cost(self, draw: Callable[[], object]) -> Cost:
-        """Of a picture."""
+        """Returns the cost of a picture."""
         draw()
         processes = [self._renderer.pid, self._daemon.pid, os.getpid()]
         before = [processor_time(process) for process in processes]
@@ -109,11 +111,11 @@ class Daemon:
 
 
 def compare(daemon: Daemon, name: str, file: str, target: list[float], distance: float, out: Path) -> str:
-    """The line of a robot. It is alone in both worlds, in the pose that it is loaded with."""
+    """Returns the table's line for a robot. It is alone in both worlds, in the pose in which it is loaded."""
     path = str(Path(pybullet_data.getDataPath()) / file)
     theirs = pybullet.loadURDF(path, useFixedBase=True, flags=pybullet.URDF_USE_MATERIAL_COLORS_FROM_MTL)
     ours = simd.loadURDF(path, useFixedBase=True)
-    # Joints whose limits leave out 0 begin elsewhere in simd.
+    # Joints whose limits exclude 0 begin elsewhere in simd.
     for joint in range(pybullet.getNumJoints(theirs)):
         pybullet.resetJointState(theirs, joint, simd.getJointState(ours, joint)[0])
     view = pybullet.computeViewMatrixFromYawPitchRoll(target, distance, 50.0, -25.0, 0.0, 2)
@@ -146,7 +148,7 @@ def compare(daemon: Daemon, name: str, file: str, target: list[float], distance:
 
 
 def asked(view: Any, projection: Any, flags: int) -> Any:
-    """A picture of ours, once the renderer is there."""
+    """Returns simd's picture, once the renderer is ready."""
     for _ in range(200):
         answer = simd.getCameraImage(WIDTH, HEIGHT, view, projection, flags=flags, shadow=0)
         if np.any(np.asarray(answer[4]) >= 0):
@@ -157,7 +159,7 @@ def asked(view: Any, projection: Any, flags: int) -> Any:
 
 @dataclass(frozen=True)
 class Cost:
-    """Pictures a second, and milliseconds of processors a picture: of the renderer, of this script, of all."""
+    """Pictures a second, and processor milliseconds a picture: of the renderer, of this script, of all."""
 
     rate: float
     renderer: float
@@ -166,13 +168,13 @@ class Cost:
 
 
 def processor_time(process: int) -> float:
-    """Seconds that a process has used, as the system counts them: in hundredths."""
+    """Returns the processor seconds that a process has used, as the system counts them: in hundredths."""
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class Picture:
-    """What getCameraImage answered."""
+    """Answer of getCameraImage."""
 
     def __init__(self, answer: Any) -> None:
         _, _, colors, depth, bodies = answer
@@ -182,8 +184,9 @@ class Picture:
         self.bodies = np.asarray(bodies, dtype=np.int64).reshape(HEIGHT, WIDTH)
 
     def edges(self) -> Any:
-        """Pixels that have a neighbour of another link, or farther away or nearer by more than a surface is, or where a surface ends or bends: at
-        such an edge within one link a pixel may be of the one side or of the other."""
+        """Returns the pixels at edges. They have a neighbour of another link or of a depth that a surface
+        does not span, or a surface ends or bends there. At such an edge within one link a pixel may belong
+        to either side."""
         bends = np.zeros(self.bodies.shape, dtype=bool)
         for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
             before, after = (np.roll(self.depth, (sign * down, sign * right), (0, 1)) for sign in (1, -1))

@@ -1,7 +1,7 @@
-"""The cases of the truth table: which robot, how it starts, what acts on its joints.
+"""Cases of the truth table: the robot, its initial state, and the loads on its joints.
 
-A case says everything that a simulator is given: what the file says of limits, damping, friction
-and mimic is left out and given here instead, so that all of them compute the same.
+A case contains everything that a simulator receives. Limits, damping, friction and mimic of the file are
+left out and given here instead, so that all simulators compute the same.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -43,7 +43,7 @@ class Case:
         return bool(self.root_velocity)
 
     def request(self):
-        """As tests/support/truth.rs reads it."""
+        """Returns the case in the form that tests/support/truth.rs reads."""
         names = robots.axes(self.urdf)
         out = asdict(self)
         out["joints"] = [{"joint": joint, "axis": axis, "position": self.positions.get(name, 0.0),
@@ -62,7 +62,7 @@ class Case:
 
 
 def spread(urdf):
-    """A bent pose and velocities for a robot of any number of joints."""
+    """Returns a bent pose and velocities for a robot of any number of joints."""
     names = [name for name, *_ in robots.axes(urdf)]
     return ({name: 0.3 * (-1) ** i * (i % 3 + 1) / 3 for i, name in enumerate(names)},
             {name: 0.5 * (-1) ** (i // 2) for i, name in enumerate(names)})
@@ -135,7 +135,7 @@ def cases():
 
 
 def swings():
-    """From rest for a minute, of which the energy is looked at: tests/physics/energy.rs has the same."""
+    """Starts from rest for a minute, to compare energies: tests/physics/energy.rs has the same."""
     arm, pendulum = "seven_arm/urdf/seven_arm.urdf", "../reference/robots/double_pendulum.urdf"
     return [
         Case("double pendulum", "smooth", pendulum, named(pendulum, [0.0, 0.5]), {}, 60.0),

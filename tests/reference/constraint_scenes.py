@@ -1,4 +1,4 @@
-"""Scenes in which constraints between links hold robots and things together, with what each has to show."""
+"""Scenes in which constraints between links hold robots and things together, with checks for each."""
 
 from math import acos, cos, pi, sin, sqrt, tau
 
@@ -35,14 +35,14 @@ def four_bar():
 
 
 def delta():
-    """Six rods keep a platform of half a kilogram level, which goes round at up to half a metre a second."""
+    """Six rods keep a platform of half a kilogram level, which circles at up to half a metre a second."""
     base, arm, rod, platform, half, start = 0.2, 0.2, 0.4, 0.05, 0.06, 0.3
     across = base + arm * cos(start) - platform
     depth = arm * sin(start) + sqrt(rod**2 - across**2)
     names = [f"motor-{n}" for n in range(3)]
     period, samples = 2.0, 200
     cycle = [[round(start + 0.2 * sin(tau * (i / samples + n / 3)), 6) for n in range(3)] for i in range(samples)]
-    # It comes to where the cycle begins first.
+    # It first moves to the start of the cycle.
     path = [round(start + 0.2 * sin(tau * n / 3), 6) for n in range(3)]
     robot = Robot("delta", OWN + "delta.urdf", [0.0, 0.0, 1.0], True, joints=dict.fromkeys(names, start),
                   gains=dict.fromkeys(names, [2000.0, 40.0]),
@@ -66,7 +66,7 @@ LEGS = ["front_left", "back_left", "front_right", "back_right"]
 
 
 def minitaur(name, seconds, speed):
-    """Eight motors, each pair of which drives the two halves of a leg, whose ends are one point."""
+    """Eight motors in pairs. Each pair drives the two halves of a leg, whose ends are one point."""
     half, knee = pi / 2, -2.1834
     signs = {f"{leg}{side}": -1.0 if "left" in leg else 1.0 for leg in LEGS for side in "LR"}
     motors = [f"motor_{leg}{side}_joint" for leg in LEGS for side in "LR"]
@@ -81,7 +81,7 @@ def minitaur(name, seconds, speed):
             points = [[0.0, half], [begin, half]]
             for i in range(1, round((seconds - begin) / period * samples)):
                 at = tau * (i / samples + phase)
-                # From where it stands it comes to its whole stride over a second.
+                # From standing it reaches its full stride over a second.
                 size = min(1.0, i * period / samples)
                 lift, swing = 0.4 * size * max(0.0, sin(at)), speed * size * cos(at)
                 angle = half - lift + (swing if side == "L" else -swing) * signs[leg + side]
@@ -114,7 +114,7 @@ def minitaur_trots():
 
 
 def grip():
-    """Cranks with 0.6 N m close pads on parallel links upon a cube of 0.2 kg, lift it, and let go."""
+    """Cranks with 0.6 N m close pads on parallel links upon a cube of 0.2 kg, lift it, and release it."""
     sides = ("left", "right")
     joints = {"lift": 0.0}
     for side in sides:
@@ -197,7 +197,8 @@ def door():
 
 
 def weld():
-    """A hook that lifts faster and faster: at 3 N the weld lets go of 0.2 kg, which it carries up to 5.19 m/s^2."""
+    """A hook that lifts with growing acceleration: at 3 N the weld breaks. It carries 0.2 kg up to 5.19
+    m/s^2."""
     jerk, mass, most = 8.0, 0.2, 3.0
     # The rail ends at 1 m.
     path = [[round(0.001 * i, 3), round(jerk * (0.001 * i)**3 / 6, 12)] for i in range(901)]
@@ -208,7 +209,7 @@ def weld():
     scene = Scene("a weld lets go at its maximal force", 0.9, [0.0, 0.9], [cube], [robot], constraints=[held])
 
     def when(views):
-        """From the first view in which nothing is held."""
+        """Time of the first view in which nothing is held."""
         falls = next((view.time for view in views if view.error == 0.0 and view.time > 0.1), np.nan)
         return worst(falls - (most / mass - G) / jerk)
     return Shown(scene, [Check("it lets go {} s early or late", when, 0.03)], (),

@@ -1,9 +1,9 @@
-"""Where a robot really is: Pinocchio's dynamics, integrated by Runge-Kutta of order 4 from event to event.
+"""Exact motion of a robot: Pinocchio's dynamics, integrated by Runge-Kutta of order 4 from event to event.
 
-What is smooth is integrated until halving the step changes nothing that matters. Dry friction and limits
-are not smooth: a joint sticks, slips, or rests on its limit, and between such changes the motion is smooth.
-The moments of change are found by bisection. An arrival at a limit is inelastic, and a joint that sticks
-stays until what would hold it exceeds its friction: the same physics as simd's rows, by another way.
+Smooth motion is integrated until halving the step changes nothing that matters. Dry friction and limits
+are not smooth: a joint sticks, slips, or rests on its limit. Between such changes the motion is smooth.
+Bisection finds the moments of change. An arrival at a limit is inelastic. A joint sticks until the force
+needed to hold it exceeds its friction. These are the same physics as simd's rows, by another method.
 """
 
 import numpy as np
@@ -86,7 +86,7 @@ class Robot:
         return q, z[nq:]
 
     def forces(self, z, modes):
-        """M and what accelerates, constraint forces aside."""
+        """Returns M and the forces that accelerate, without constraint forces."""
         q, v = self.split(z)
         M = pin.crba(self.model, self.data, q)
         M = np.triu(M) + np.triu(M, 1).T
@@ -94,7 +94,7 @@ class Robot:
         return M, push - pin.nonLinearEffects(self.model, self.data, q, v)
 
     def acceleration(self, z, modes):
-        """And the constraint forces at joints that stick or rest on a limit."""
+        """Adds the constraint forces at joints that stick or rest on a limit."""
         if self.smooth:
             q, v = self.split(z)
             return pin.aba(self.model, self.data, q, v, self.drive(q, v) - self.damping * v), None
@@ -133,14 +133,14 @@ class Robot:
         return z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
     def view(self, z):
-        """Joints in the order of the case; and the root, x y z and quaternion x y z w."""
+        """Returns joints in the order of the case; and the root, x y z and quaternion x y z w."""
         q, _ = self.split(z)
         shift = 1 if self.case.free else 0
         return q[[i + shift for i in self.at]].copy(), q[:7].copy() if self.case.free else None
 
 
 class Modes:
-    """Which joints slip which way (1, -1; 0: sticks or has no friction), and which rest on which limit."""
+    """Slip direction of each joint (1, -1; 0: sticks or has no friction), and the limit on which it rests."""
 
     def __init__(self, robot, z):
         v = z[robot.model.nq:]
@@ -153,7 +153,7 @@ class Modes:
 
 
 def events(robot, z, modes):
-    """What has to change at z: a list of (joint, what)."""
+    """Returns the changes that are due at z: a list of (joint, change)."""
     nq, nv = robot.model.nq, robot.model.nv
     shift = nq - nv
     q, v = z[:nq][shift:], z[nq:]
@@ -187,7 +187,7 @@ def change(robot, z, modes, found):
                 modes.rest[i] = 1.0 if top else -1.0
                 z[i + nq - robot.model.nv] = robot.upper[i] if top else robot.lower[i]
                 M, _ = robot.forces(z, modes)
-                # No bounce; other limits hold against the blow, dry friction does not.
+                # Impact without bounce; other limits resist it, dry friction does not.
                 rests = np.flatnonzero(modes.rest)
                 inverse = np.linalg.inv(M)
                 blow = np.linalg.solve(inverse[np.ix_(rests, rests)], -v[rests])
@@ -237,7 +237,8 @@ def integrate(robot, h, instants):
 
 
 def difference(a, b):
-    """Between two views: the largest of a joint's or the root's position, rad or m; a root's turn as its angle."""
+    """Returns the difference of two views: the largest of a joint's or the root's position, rad or m; a
+    root's turn as its angle."""
     largest = float(np.abs(a[0] - b[0]).max(initial=0.0))
     if a[1] is not None:
         largest = max(largest, float(np.abs(a[1][:3] - b[1][:3]).max()))
@@ -249,9 +250,9 @@ def difference(a, b):
 
 
 def reference(case, instants, h=2e-4):
-    """Views at the instants, and by how much half the step changes them."""
+    """Returns views at the instants, and their change if the step is halved."""
     robot = Robot(case)
-    # Where an actuator reaches its limit the effort has a kink, over which the order is lower.
+    # Where an actuator reaches its limit the effort has a kink, across which the order is lower.
     enough = 1e-9 if case.effort is None else 1e-7
     before = integrate(robot, h, instants)
     for _ in range(5):

@@ -1,11 +1,12 @@
-"""Models of MJCF that swing freely for half a second in simd and in MuJoCo, both by Euler at 1 ms: masses, and the largest
-difference of a joint.
+"""Models of MJCF that swing freely for half a second in simd and in MuJoCo, both by Euler at 1 ms.
 
     SIMD_BINARY=target/debug/simd target/reference-venv/bin/python tests/reference/free_swing.py FOLDER...
 
-needs `mujoco` and what the Python client needs. Each `.xml` below the folders is a model, unless MuJoCo cannot load it. What simd
-does not read is switched off in MuJoCo: contacts, limits, dry friction, equalities, actuators, tendons, fluids, gravcomp. In simd
-nothing touches, joints have no limits and no dry friction, and constraints are taken out. Both begin where simd does. Springs are implicit in both.
+It prints masses, and the largest difference of a joint. It needs `mujoco` and the requirements of the
+Python client. Each `.xml` below the folders is a model, unless MuJoCo cannot load it. Features that simd
+does not read are switched off in MuJoCo: contacts, limits, dry friction, equalities, actuators, tendons,
+fluids, gravcomp. In simd contacts, limits, dry friction and constraints are switched off. Both begin in
+simd's initial state. Springs are implicit in both.
 """
 
 from __future__ import annotations
@@ -40,18 +41,19 @@ WIDTHS = {int(HINGE): 1, int(SLIDE): 1, int(BALL): 3}
 
 
 def free(model: Any) -> None:
-    """Leaves the tree of bodies alone."""
+    """Does not change the tree of bodies."""
     off = mujoco.mjtDisableBit
     for bit in (off.mjDSBL_CONTACT, off.mjDSBL_LIMIT, off.mjDSBL_FRICTIONLOSS, off.mjDSBL_EQUALITY, off.mjDSBL_ACTUATION):
         model.opt.disableflags |= int(bit)
     model.opt.disableflags &= ~int(off.mjDSBL_GRAVITY)
-    # What sleeps stays in the air.
+    # Sleeping bodies would stay in the air.
     model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     model.opt.timestep, model.opt.integrator = TIME_STEP, int(mujoco.mjtIntegrator.mjINT_EULER)
     model.opt.density = model.opt.viscosity = 0.0
     model.opt.gravity[:] = (0, 0, -9.81)
     model.body_gravcomp[:] = 0.0
-    # simd's springs are implicit: by Euler k (rest - q - h v'), which in MuJoCo's terms is a damper of h k more.
+    # simd's springs are implicit: by Euler k (rest - q - h v'). In MuJoCo's terms this is an additional
+    # damper of h k.
     for joint in range(model.njnt):
         first = int(model.jnt_dofadr[joint])
         if model.jnt_type[joint] != FREE:
@@ -62,7 +64,7 @@ def free(model: Any) -> None:
 
 
 def joint_names(model: Any) -> list[str]:
-    """As simd names those that the file does not name."""
+    """simd's names for bodies that the file does not name."""
     names: list[str] = []
     for index in range(model.njnt):
         body = int(model.jnt_bodyid[index])
@@ -101,7 +103,7 @@ def swing(path: Path, simulation: Any) -> str:
 
 
 def places(robots: dict[str, Any]) -> dict[str, tuple[Any, slice]]:
-    """Robot and range of positions by the name of a joint."""
+    """Returns robot and range of positions by joint name."""
     found: dict[str, tuple[Any, slice]] = {}
     for robot in robots.values():
         for joint in robot.layout.moving:
@@ -110,10 +112,10 @@ def places(robots: dict[str, Any]) -> dict[str, tuple[Any, slice]]:
 
 
 def mass_difference(model: Any, robots: dict[str, Any]) -> float:
-    """Of all trees of bodies in which anything moves, relative."""
+    """Returns the relative difference of the masses of all trees with moving bodies."""
     top = list(range(model.nbody))
     for body in range(1, model.nbody):
-        # A body comes after the one that it hangs on.
+        # A body comes after its parent.
         top[body] = body if model.body_parentid[body] == 0 else top[model.body_parentid[body]]
     moves = {top[body] for body in range(model.nbody) if model.body_dofnum[body] > 0}
     theirs = float(sum(model.body_mass[body] for body in range(1, model.nbody) if top[body] in moves))
@@ -122,8 +124,9 @@ def mass_difference(model: Any, robots: dict[str, Any]) -> float:
 
 
 def begin(model: Any, data: Any, robots: dict[str, Any]) -> set[str]:
-    """Puts MuJoCo where simd begins. Gives the joints that follow others, which they do in MuJoCo by equalities alone."""
-    # Away from positions of rest, each joint otherwise.
+    """Sets MuJoCo to simd's initial state. Returns the joints that follow others, which MuJoCo moves by
+    equalities alone."""
+    # Away from positions of rest, each joint differently.
     for robot in robots.values():
         turned = [joint for joint in robot.layout.moving if joint.dof == 1 and joint.mimic is None]
         state = robot.read()

@@ -1,4 +1,4 @@
-"""A case in MuJoCo: its Euler integrator where no other is asked for; other settings as they are by default."""
+"""A case in MuJoCo: its Euler integrator by default; other settings as by default."""
 
 import mujoco
 import numpy as np
@@ -45,7 +45,7 @@ def model(case):
 
 
 def joints(compiled, case):
-    """Addresses of the case's axes. MuJoCo makes a planar joint three of its own names."""
+    """Returns addresses of the case's axes. MuJoCo makes a planar joint three joints with derived names."""
     found = []
     free = 1 if case.free else 0
     by_name = {compiled.joint(i).name: i for i in range(free, compiled.njnt)}
@@ -56,7 +56,7 @@ def joints(compiled, case):
 
 
 def begin(case, time_step, integrator):
-    """Model and data of a case as it starts, and the addresses of its axes' positions."""
+    """Returns model and data of a case in its initial state, and the addresses of its axes' positions."""
     compiled = model(case)
     compiled.opt.timestep, compiled.opt.integrator = time_step, integrator
     data = mujoco.MjData(compiled)
@@ -87,16 +87,17 @@ def run(case, time_step, instants, integrator=mujoco.mjtIntegrator.mjINT_EULER):
 
 
 def energy_change(case, time_step, integrator, look=0.1):
-    """The largest change of energy, as a part of that above the lowest point that the case comes to; None where it diverges.
+    """Returns the largest change of energy, as a part of the energy above the lowest point of the case; None
+    if it diverges.
 
-    Looked at each `look` seconds."""
+    The energy is read each `look` seconds."""
     compiled, data, _ = begin(case, time_step, integrator)
     compiled.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     mujoco.mj_forward(compiled, data)
     start, lowest, worst = float(data.energy.sum()), float(data.energy[0]), 0.0
     for _ in range(round(case.seconds / look)):
         mujoco.mj_step(compiled, data, nstep=round(look / time_step))
-        # A step leaves the energy of where it began.
+        # After a step the energy is still the energy of its start.
         mujoco.mj_forward(compiled, data)
         worst = max(worst, abs(float(data.energy.sum()) - start))
         lowest = min(lowest, float(data.energy[0]))

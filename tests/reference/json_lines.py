@@ -1,4 +1,4 @@
-"""JSON that people can look at: a line for each innermost list or object."""
+"""Readable JSON: a line for each innermost list or object."""
 
 import json
 import re

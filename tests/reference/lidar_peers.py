@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Scans of a lidar of 16 by 1,024 rays in a room of 100,000 triangles: simd beside `mj_multiRay` and PyBullet's `rayTestBatch`, in turns.
+"""Scans of a lidar of 16 by 1,024 rays in a room of 100,000 triangles: simd, `mj_multiRay` and PyBullet's
+`rayTestBatch` in turns.
 
     target/reference-venv/bin/python tests/reference/lidar_peers.py [ROUNDS]
 
-builds the bench binary `peers`, which also makes the room. One thread each, all rays from one point. simd: a lidar's reading of a published state,
-with the tree of shapes that each makes; MuJoCo without normals; PyBullet in two calls from Python lists, with their making left out.
+It builds the bench binary `peers`, which also makes the room. Each uses one thread, and all rays start at
+one point. simd reads a lidar of a published state, including its tree of shapes. MuJoCo computes no
+normals. PyBullet gets two calls from Python lists, whose creation is not timed.
 """
 
 import sys
@@ -26,7 +28,7 @@ ROWS, COLUMNS, REACH = 16, 1024, 100.0
 
 
 def directions():
-    """Row by row from the least vertical angle on, as simd's lidar has them."""
+    """Row by row from the least vertical angle on, in the order of simd's lidar."""
     up, about = np.meshgrid(np.linspace(-0.26, 0.26, ROWS), np.linspace(-np.pi, np.pi, COLUMNS), indexing="ij")
     return np.stack([np.cos(up) * np.cos(about), np.cos(up) * np.sin(about), np.sin(up)], axis=-1).reshape(-1, 3)
 
@@ -49,7 +51,7 @@ def in_mujoco(room):
 
 def in_pybullet(room):
     on = {"physicsClientId": pybullet.connect(pybullet.DIRECT)}
-    # Arrays of so many corners do not fit in its shared memory: it reads the file.
+    # Arrays of this many corners do not fit into its shared memory, so it reads the file.
     shape = pybullet.createCollisionShape(
         pybullet.GEOM_MESH, fileName=str(room), flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH, **on)
     pybullet.createMultiBody(0, shape, **on)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Makes ball_joints.json: trajectories of MuJoCo's Euler integrator for robots with ball joints.
 
-Needs requirements.txt; run from anywhere. MuJoCo reads the URDF itself, whose type `spherical` it knows as Bullet
-does. Quaternions are x y z w here, and angular velocities in the child's axes, which is also MuJoCo's choice.
+Needs requirements.txt; run from anywhere. MuJoCo reads the URDF, and knows its type `spherical` as Bullet
+does. Quaternions are x y z w here. Angular velocities are in the child's axes, as in MuJoCo.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
-"""Prints what MuJoCo makes of the scenes that `tests/physics/contacts.rs` and `scenes.rs` hold simd to.
+"""Prints MuJoCo's results for the scenes to which `tests/physics/contacts.rs` and `scenes.rs` hold simd.
 
-The bounds of those tests are below these figures or beside them: run it after a change of MuJoCo's version.
+The bounds of those tests are near or below these figures: run it after a change of MuJoCo's version.
 """
 
 import math
@@ -17,7 +17,7 @@ def body(position, shape, more=""):
 
 
 def run(bodies, seconds, option=""):
-    """The model and its state after so many seconds."""
+    """Returns the model and its state after this many seconds."""
     model = mujoco.MjModel.from_xml_string(WORLD.format(bodies=bodies, option=option))
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))

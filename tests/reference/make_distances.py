@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Makes distances.json: distances between random pairs of primitives and convex hulls by coal (PyPI `coal`), apart and
-overlapping. Where they overlap a distance is minus the shortest move that parts them: some direction parts them with a move
-that is no longer than along any other. Pairs for which coal's move is longer than one that a search finds are left out, and
-so are those that it measures otherwise the other way round."""
+"""Makes distances.json: distances between random pairs of primitives and convex hulls, apart and overlapping.
+
+Distances are from coal (PyPI `coal`). For an overlap the distance is minus the length of the shortest move
+that separates the pair. Pairs are left out if a search finds a shorter move than coal, or if coal's
+distance differs for the other order."""
 
 from pathlib import Path
 
@@ -16,7 +17,7 @@ EACH = 12
 
 
 def shape(kind, rng):
-    """The sizes as simd has them, and coal's shape."""
+    """Returns the sizes in simd's form, and coal's shape."""
     a, b, c = (round(float(x), 3) for x in rng.uniform(0.1, 0.8, 3))
     if kind == "box":
         return [a, b, c], coal.Box(a, b, c)
@@ -53,7 +54,7 @@ def place(rng, reach):
 
 
 def highest(kind, sizes, transform, ways):
-    """How far a shape reaches in each direction, one a row."""
+    """Returns the extent of a shape in each direction, one a row."""
     turn, at = transform.getRotation(), transform.getTranslation()
     own = ways @ turn
     across, up = np.hypot(own[:, 0], own[:, 1]), abs(own[:, 2])
@@ -73,7 +74,7 @@ def highest(kind, sizes, transform, ways):
 
 
 def shortest_move(kinds, sizes, transforms):
-    """The shortest that a search over directions finds, which is never too short."""
+    """Returns the shortest move that a search over directions finds, which is never too short."""
     index = np.arange(20_000)
     z = 1 - (2 * index + 1) / len(index)
     turn = np.pi * (3 - 5**0.5) * index
@@ -112,7 +113,7 @@ def main():
                 at_one, at_other = place(rng, reach), place(rng, reach)
                 first, second = (one[1], at_one[1]), (other[1], at_other[1])
                 distance = measured(first, second, 1e-10)
-                # coal's own error, by another tolerance and the other order.
+                # coal's error, by another tolerance and the other order.
                 again = measured(second, first, 1e-8)
                 move = shortest_move((a, b), (one[0], other[0]), (at_one[1], at_other[1]))
                 if not np.isfinite(distance) or abs(distance - again) > 1e-7 or -distance > max(move, 0) + 1e-7:

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Makes kinematics.json: Jacobians, mass matrices and inverse dynamics by Pinocchio.
 
-A free root's six are given as simd has them: the linear velocity of the root link's origin
-and its angular velocity, both in world axes. Pinocchio has them in the link's own axes, and
-its accelerations and forces are spatial.
+A free root's six values are in simd's form: the linear velocity of the root link's origin and its angular
+velocity, both in world axes. Pinocchio has them in the link's axes, and its accelerations and forces are
+spatial.
 """
 
 import json
@@ -40,7 +40,7 @@ def case(name, urdf, link, free):
         q[:7] = pin.SE3ToXYZQUAT(pose)
         to_own[:3, :3] = to_own[3:6, 3:6] = own
         v = np.concatenate([own @ twist[:3], own @ twist[3:], velocities])
-        # The spatial acceleration of a frame is that of its origin less w x v.
+        # A frame's spatial acceleration is the acceleration of its origin less w x v.
         linear = own @ push[:3] - np.cross(v[3:6], v[:3])
         a = np.concatenate([linear, own @ push[3:], accelerations])
 
@@ -55,7 +55,7 @@ def case(name, urdf, link, free):
         "urdf": urdf,
         "link": link,
         "free": free,
-        # The order in which Pinocchio has the joints.
+        # Pinocchio's order of the joints.
         "joints": [n for n in model.names if n not in ("universe", "root_joint")],
         "root": [*pose.translation, *pin.Quaternion(pose.rotation).coeffs()] if free else [],
         "root_twist": list(twist) if free else [],

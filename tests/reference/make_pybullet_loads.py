@@ -1,4 +1,4 @@
-"""Which of the URDFs of its own data package PyBullet loads: writes pybullet_loads.json."""
+"""Writes pybullet_loads.json: the URDFs of PyBullet's data package that PyBullet loads."""
 
 import json
 import pathlib

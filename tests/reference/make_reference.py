@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Makes mujoco.json: trajectories of MuJoCo's Euler integrator for our test robots.
 
-Needs requirements.txt; run from anywhere. Each case says which robot,
-how it starts and is stepped, and where MuJoCo has it after some seconds. The suite
-tests/physics holds simd against these figures; MuJoCo reads the URDF itself, so
-that the import is compared too.
+Needs requirements.txt; run from anywhere. Each case has a robot, its initial state, its steps, and
+MuJoCo's state after some seconds. The suite tests/physics holds simd to these figures. MuJoCo reads the
+URDF, so that the import is compared too.
 """
 
 import re
@@ -18,7 +17,7 @@ import json_lines
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE.parent / "assets"
-# Robots that others made, from the PyPI package `pybullet`.
+# Third-party robots, from the PyPI package `pybullet`.
 OTHERS = "pybullet_data/"
 
 
@@ -27,7 +26,7 @@ def model(urdf: str, free: bool, damping: float, armature: float, time_step: flo
         text = (Path(pybullet_data.getDataPath()) / urdf.removeprefix(OTHERS)).read_text()
     else:
         text = (ASSETS / urdf).read_text()
-    # Shapes play no part here, and MuJoCo would want the mesh files.
+    # Shapes have no effect here, and MuJoCo would need the mesh files.
     text = re.sub(r"<(visual|collision)\b.*?</\1>", "", text, flags=re.S)
     spec = mujoco.MjSpec.from_string(text)
     spec.compiler.fusestatic = True

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Makes ros2.json: the bytes, hashes and texts that rosbags has for each type of ROS 2 that simd uses.
+"""Makes ros2.json: rosbags' bytes, hashes and texts for each type of ROS 2 that simd uses.
 
-Each message is made twice: with numbers and texts in all fields, by a rule, and with nothing. `ros2_definitions.py` has the
-types that rosbags lacks; services and actions are put together here as REP-2016 says.
+Each message is made twice: with numbers and texts in all fields, by a rule, and with empty fields.
+`ros2_definitions.py` has the types that rosbags lacks. Services and actions are composed here according to
+REP-2016.
 """
 
 import json
@@ -52,9 +53,9 @@ def base(name, kind):
 def make_store():
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in DEFINITIONS.items():
-        # A type without a package is of the same one, also in services and actions.
+        # A type without a package belongs to the same one, also in services and actions.
         text = re.sub(r"^([A-Z]\w+)", rf"{name.split('/')[0]}/msg/\1", text, flags=re.MULTILINE)
-        # rosbags calls all that it reads messages.
+        # rosbags calls everything that it reads a message.
         (fields,) = get_types_from_msg(text, name).values()
         store.register({name: fields})
     uuid = named("goal_id", "unique_identifier_msgs/msg/UUID")
@@ -115,7 +116,7 @@ def number(kind, numbers):
 
 
 def value(store, field, desc, numbers, length):
-    """Of a field: sequences have `length` elements, and none have 0 numbers."""
+    """Returns the value of a field: sequences have `length` elements, and none have 0 numbers."""
     node, rest = desc
     if field == NOTHING:
         return 0
@@ -137,7 +138,7 @@ def message(store, name, numbers, length):
 
 
 def gid(token):
-    """XXH3-128, the low half first, as `rmw_zenoh` lays it out."""
+    """XXH3-128, the low half first, in the layout of `rmw_zenoh`."""
     return xxhash.xxh3_128(token.encode()).digest()[::-1].hex()
 
 
@@ -155,7 +156,7 @@ def main():
             {
                 "name": name,
                 "hash": store.hash_rihs01(name),
-                # Text is for what is recorded: messages, not parts of services and actions.
+                # Text is for recorded types: messages, not parts of services and actions.
                 "definition": store.generate_msgdef(name, ros_version=2)[0] if "/msg/" in name else None,
                 "payloads": [bytes(payload).hex() for payload in (filled, odd, empty)],
             }
@@ -163,7 +164,7 @@ def main():
     made = {
         "made_by": f"make_ros2.py with rosbags {version('rosbags')} and xxhash {version('xxhash')}",
         "messages": types,
-        # Of texts as long as tokens are: the hash has a way of its own for each range of lengths.
+        # Texts as long as tokens: the hash uses a different method for each range of lengths.
         "gids": {text: gid(text) for text in ("a" * n for n in (1, 5, 12, 60, 130, 200, 239, 240, 241, 300, 700))},
         "services": {service: store.hash_rihs01(service) for service in services},
     }

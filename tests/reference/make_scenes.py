@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Makes scenes.json: the scenes with contact of scenes.py, and what MuJoCo makes of each.
+"""Makes scenes.json: the scenes with contact of scenes.py, and MuJoCo's results for each.
 
-tests/physics/scenes.rs runs the same scenes in simd and takes its bounds from these figures. `make scenes` draws both.
+tests/physics/scenes.rs runs the same scenes in simd and takes its bounds from these figures. `make scenes`
+draws both.
 """
 
 import sys
@@ -44,12 +45,12 @@ def main():
 
 
 def figures(scene, views):
-    """What a run comes to, whichever simulator made it: tests/support/contact_figures.rs has the same in simd."""
+    """Figures of a run from any simulator: tests/support/contact_figures.rs computes the same in simd."""
     inside = [view for view in views if scene.window[0] - 1e-9 <= view.time <= scene.window[1] + 1e-9]
     start, end = inside[0], inside[-1]
     out = {
         "deepest": max(view.deepest for view in views),
-        # The first view also tells of what was before it.
+        # The first view also covers the time before it.
         "resting": max(view.deepest for view in inside[1:]),
         "forces": np.mean([view.forces for view in inside], axis=0).tolist(),
         "least_force": min((view.forces[0] for view in inside), default=0.0),
@@ -70,7 +71,7 @@ def figures(scene, views):
 
 
 def turn(now, then):
-    """The largest angle between the quaternions of two views."""
+    """Returns the largest angle between the quaternions of two views."""
     dot = np.abs((now[:, 3:7] * then[:, 3:7]).sum(axis=1))
     return float(2 * np.arccos(np.minimum(dot, 1.0)).max())
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Makes truth.json: where the robots of cases.py really are at a few instants, and MuJoCo's error there.
+"""Makes truth.json: exact positions of the robots of cases.py at a few instants, and MuJoCo's error there.
 
 The reference is Pinocchio's dynamics, integrated until the step no longer matters (exact.py). The suite
-tests/physics holds simd's error against these figures; `make truth` makes its plots from the same cases.
+tests/physics holds simd's error to these figures; `make truth` makes its plots from the same cases.
 """
 
 import time

@@ -1,4 +1,4 @@
-"""Scenes whose motion is known: what slides, is held, floats or drives, with what each has to show."""
+"""Scenes whose motion is known: sliding, held, floating and driving bodies, with checks for each."""
 
 from functools import cache
 from math import atan2, cos, pi, sin
@@ -44,7 +44,7 @@ def tiles():
 
 
 def turntable():
-    """2 rad/s at 0.5 m ask for a fifth of the weight, and friction has half of it."""
+    """2 rad/s at 0.5 m need a fifth of the weight, and friction offers half of it."""
     speed = 2.0
     table = Robot("table", OWN + "turntable.urdf", [0.0, 0.0, 0.0], True, friction=0.5, joints={"turn": 0.0},
                   speeds={"turn": [200.0, [[0.0, 0.0], [2.0, speed], [1e3, speed]]]})
@@ -57,7 +57,7 @@ def turntable():
 
 
 def turning_gripper():
-    """Fingers press with 15 N each; 2 N of weight and 0.54 N outwards have to be held by friction of 0.8."""
+    """Fingers press with 15 N each; friction of 0.8 must hold 2 N of weight and 0.54 N outwards."""
     speed = 3.0
     joints = {"turn": 0.0, "left": 0.07, "right": 0.07}
     held = [[0.0, 0.0715], [1e3, 0.0715]]
@@ -74,7 +74,7 @@ def turning_gripper():
 
 
 def creep(views, joint):
-    """How far the first body gets from its place on what a joint turns about z, m."""
+    """Returns how far the first body moves on the body that a joint turns about z, m."""
     def seen(view):
         angle = view.joints[joint]
         x, y, _ = view.roots[0, :3]
@@ -100,7 +100,7 @@ def low_gravity():
 
 
 def waving():
-    """Nothing but its own motors acts on it, so its centre of mass stays, whatever targets jump."""
+    """Nothing but its motors acts on it, so its centre of mass stays, even if targets jump."""
     urdf = "humanoid/urdf/humanoid.urdf"
     moving = [joint.get("name") for joint in robots.read(urdf).findall("joint") if joint.get("type") != "fixed"]
     wave = [[0.0, 0.0]]
@@ -143,7 +143,7 @@ RADIUS, TRACK = 0.05, 0.3
 
 
 def square():
-    """Sides of 1 m, and turns of a right angle on the spot: by the wheels alone it comes back to where it was."""
+    """Sides of 1 m, and turns of a right angle on the spot: by the wheels alone it returns to its start."""
     side, corner, pause, ramp = 4.0, 3.0, 0.5, 0.5
     straight = 1.0 / (RADIUS * (side - ramp))
     turning = pi / 2 * TRACK / 2 / (RADIUS * (corner - ramp))
@@ -170,7 +170,7 @@ def square():
 
 
 def off_square(place):
-    """From the outline of a square of 1 m about the origin."""
+    """Distance from the outline of a square of 1 m about the origin."""
     x, y = np.abs(place)
     outside = np.hypot(max(x - 0.5, 0.0), max(y - 0.5, 0.0))
     return max(outside, min(0.5 - x, 0.5 - y, key=abs) if max(x, y) < 0.5 else 0.0)

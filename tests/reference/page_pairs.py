@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Pictures of robots as PyBullet's TinyRenderer and MuJoCo's renderer draw them, for the page to be held beside.
+"""Pictures of robots by PyBullet's TinyRenderer and MuJoCo's renderer, to be compared with the page.
 
     make pairs
 
-writes for each robot a picture of the peer into target/pairs, and pairs.json: which file, and from where it is seen. Then
-client/web/e2e/page.pairs.ts draws the same in the page, and puts both side by side: the page on the left.
+It writes for each robot a picture of the peer into target/pairs, and pairs.json: each file with its
+viewpoint. Then client/web/e2e/page.pairs.ts draws the same in the page, and puts both side by side: the
+page on the left.
 
-PyBullet is asked for the colours of a mesh's materials by a flag, as simd always takes them. MuJoCo draws with EGL.
+A flag makes PyBullet use the colours of a mesh's materials, as simd always does. MuJoCo draws with EGL.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ SUN = [1.2, 0.5, 2.4]
 
 @dataclass
 class Pair:
-    """A robot and from where it is seen: angles in degrees, metres."""
+    """A robot and its viewpoint: angles in degrees, metres."""
 
     name: str
     peer: str
@@ -54,14 +55,14 @@ class Pair:
     joints: dict[str, float] = field(default_factory=dict)
 
     def position(self) -> list[float]:
-        """Of the camera."""
+        """Returns the camera's position, m."""
         around, above = radians(self.around), radians(self.above)
         way = [cos(above) * cos(around), cos(above) * sin(around), sin(above)]
         return [at + self.distance * part for at, part in zip(self.target, way, strict=True)]
 
 
 def pairs() -> list[Pair]:
-    """All of them."""
+    """All pairs."""
 
     def bullet(name: str, path: str, target: list[float], distance: float, **more: object) -> Pair:
         return Pair(name, "pybullet", PYBULLET / path, target, distance, **more)
@@ -107,7 +108,7 @@ def in_pybullet(pair: Pair) -> np.ndarray:
 
 
 def in_mujoco(pair: Pair) -> np.ndarray:
-    """The same by MuJoCo."""
+    """Draws the picture with MuJoCo."""
     import mujoco
 
     spec = mujoco.MjSpec.from_file(str(pair.path))
@@ -119,7 +120,7 @@ def in_mujoco(pair: Pair) -> np.ndarray:
     camera = mujoco.MjvCamera()
     camera.lookat[:] = pair.target
     camera.distance = pair.distance
-    # MuJoCo's azimuth is where the camera looks to.
+    # MuJoCo's azimuth is the camera's direction of view.
     camera.azimuth, camera.elevation = pair.around + 180.0, -pair.above
     with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
         renderer.update_scene(data, camera)
@@ -127,7 +128,7 @@ def in_mujoco(pair: Pair) -> np.ndarray:
 
 
 def written(path: Path, pixels: np.ndarray) -> None:
-    """As a PNG."""
+    """Returns a PNG."""
     rows = b"".join(b"\0" + row.tobytes() for row in pixels)
     height, width, _ = pixels.shape
 
@@ -139,7 +140,7 @@ def written(path: Path, pixels: np.ndarray) -> None:
 
 
 def main() -> None:
-    """Draws all of them."""
+    """Draws all pictures."""
     OUT.mkdir(parents=True, exist_ok=True)
     described = []
     for pair in pairs():

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Microseconds a step of simd beside MuJoCo, PyBullet and rapier; started by `make bench`.
 
-One run, one thread each. In every round each simulator steps each robot for a few milliseconds, in turn, so
-that whatever else the machine does hits all alike. Writes peers.json and peers.png into target/bench.
+One run, one thread each. In every round each simulator steps each robot for a few milliseconds, in turn.
+Other load on the machine thus affects all alike. Writes peers.json and peers.png into target/bench.
 """
 
 import argparse
@@ -163,7 +163,7 @@ class Case:
         self.errors = dict.fromkeys(self.engines, 0.0)
 
     def round(self, turn):
-        """A batch in each simulator, another one first each time."""
+        """Times a batch in each simulator; each time another one is first."""
         names = list(self.engines)
         for name in names[turn % len(names):] + names[: turn % len(names)]:
             seconds, error = self.engines[name](self.steps[name])
@@ -172,7 +172,7 @@ class Case:
 
 
 class ContactCase(Case):
-    """A scene with contact in each simulator that has a side for it."""
+    """Times a scene with contact in each simulator that supports it."""
 
     def __init__(self, worker, index, scene):
         self.name, self.scene = scene.name, scene
@@ -186,7 +186,7 @@ class ContactCase(Case):
 
 
 class RayCase(Case):
-    """Rays into a scene in each simulator that has a side for it; a batch is of calls."""
+    """Times rays into a scene in each simulator that supports them; a batch consists of calls."""
 
     def __init__(self, worker, index, scene):
         self.name = scene.name
@@ -200,7 +200,7 @@ class RayCase(Case):
 
 
 class HeldCrowd(Case):
-    """Many robots that hold a pose and touch nothing, on one thread and on two."""
+    """Many robots that hold a pose without contact, on one thread and on two."""
 
     batch = CROWD_BATCH
 
@@ -212,7 +212,7 @@ class HeldCrowd(Case):
 
 
 class StandingCrowd(Case):
-    """Many robots that stand. MuJoCo's two threads have a world for each robot."""
+    """Many standing robots. MuJoCo's two threads have a world for each robot."""
 
     batch = CROWD_BATCH
 
@@ -225,14 +225,14 @@ class StandingCrowd(Case):
 
 
 def crowd_engines(workers, index):
-    """Of simd, next to each other in a round."""
+    """Figures of simd, one after the other in a round."""
     worker, other = workers
     return {BESIDE: worker.engine_beside(other, "simd", index), THREADS["simd"]: worker.engine("threads", index),
             "simd": worker.engine("simd", index)}
 
 
 def steps_of(engine, batch):
-    """How many steps make a batch."""
+    """Returns the number of steps in a batch."""
     steps = 10
     while True:
         seconds, _ = engine(steps)
@@ -321,7 +321,7 @@ def notes():
 
 
 def build_worker():
-    """Builds the bench binary `peers`, and says where it is."""
+    """Builds the bench binary `peers`, and returns its path."""
     cargo = os.environ.get("CARGO", "cargo")
     command = [cargo, "bench", "--locked", "--profile", os.environ.get("PROFILE", "dev"), "--workspace", "--bench", "peers", "--no-run"]
     built = subprocess.run([*command, "--message-format=json"], cwd=REPOSITORY, stdout=subprocess.PIPE, check=True)

@@ -1,4 +1,4 @@
-"""PyBullet without what its C code writes: a line when it is imported, and one for each link that it reads."""
+"""PyBullet without the output of its C code: a line at its import, and one for each link that it reads."""
 
 import ctypes
 import os

@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
-"""How exactly contacts are solved over time on scenes that are hard on a solver: simd's Gauss-Seidel and its own choice, MuJoCo's Newton.
+"""Accuracy of contacts over time on scenes that are hard on a solver: simd's Gauss-Seidel and its automatic
+choice, and MuJoCo's Newton.
 
     target/bench-venv/bin/python tests/reference/residual_peers.py [--only WORDS] [--budget SECONDS]
 
-Started by `make bench`. Builds the bench binary `truth`; writes residuals.json and residuals.png into target/bench.
+`make bench` starts it. It builds the bench binary `truth`, and writes residuals.json and residuals.png
+into target/bench.
 
-The residual of a step is the largest of all contacts, m/s: by how much the impulse of a contact would change the contact's own velocity
-if it alone were solved once more. In formulas |p - P(p - w / D)| D, with P the projection on what the contact can do, w the
-error of its velocities where all impulses act, and D its part of J M^-1 J'. It is 0 where the laws of all contacts hold. Each simulator
-is held to its own laws: simd to rigid contacts and circular cones, MuJoCo to soft contacts (gap = J a - aref + R f) and pyramids,
-whose edges count as contacts each. Each goes on with what it has found, so that the runs of a scene are not of the same motion.
+The residual of a step is the largest of all contacts, m/s. A contact's residual is the change of its
+velocity by its impulse if the contact alone were solved once more. As a formula it is |p - P(p - w / D)|
+D. P is the projection on the possible impulses of the contact. w is the error of its velocities under all
+impulses, and D its part of J M^-1 J'. It is 0 if the laws of all contacts hold. Each simulator is held to
+its laws. simd has rigid contacts and circular cones. MuJoCo has soft contacts (gap = J a - aref + R f) and
+pyramids, whose edges count as contacts each. Each continues from its results, so that the runs of a scene
+differ in motion.
 """
 
 import argparse
@@ -50,7 +54,7 @@ STYLES = {
 
 
 def hard_scenes():
-    """Each with the ways of simd that are different there: a thousand robots are too many for the direct solver."""
+    """Scenes with simd's solvers that differ there: a thousand robots are too many for the direct solver."""
     towers = [
         ("a stack of thirty boxes", [1.0] * 30),
         ("1,000 kg on 1 kg", [1.0, 1000.0]),
@@ -62,7 +66,7 @@ def hard_scenes():
 
 
 def heap(edge, seconds):
-    """Spheres of 5 cm and 0.1 kg that fall into a box; with ten along each edge as `scenes.heap` has them."""
+    """Returns spheres of 5 cm and 0.1 kg that fall into a box; ten along each edge as in `scenes.heap`."""
     inside, wall, high = 0.12 * edge, 0.1, 2.0
     middle = (inside + wall) / 2
     sides = [Thing(f"side-{i}", "box", size, [x, y, high / 2]) for i, (x, y, size) in enumerate([
@@ -74,7 +78,8 @@ def heap(edge, seconds):
 
 
 def in_mujoco(scene, budget):
-    """The residual of each step, None where nothing touches, for as many steps as these seconds of this machine are enough for."""
+    """Returns the residual of each step, None without contact, for as many steps as fit into these seconds on
+    this machine."""
     world = scenes_in_mujoco.World(scene, "default")
     options = world.model.opt
     options.solver, options.cone = mujoco.mjtSolver.mjSOL_NEWTON, mujoco.mjtCone.mjCONE_PYRAMIDAL
@@ -89,7 +94,7 @@ def in_mujoco(scene, budget):
 
 
 def residual(model, data):
-    """Of the step that was just made, whose equations are still there: all of its rows are edges of pyramids."""
+    """Residual of the last step, whose equations are still in memory: all of its rows are edges of pyramids."""
     if data.nefc == 0:
         return None
     if (data.efc_type[:data.nefc] != int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)).any():
@@ -107,7 +112,7 @@ def residual(model, data):
 
 
 def numbers(found):
-    """What is no number is left out of the lines."""
+    """NaN leaves a gap in the lines."""
     return np.array([np.nan if each is None else each for each in found], dtype=float)
 
 

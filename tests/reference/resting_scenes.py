@@ -1,4 +1,4 @@
-"""Robots that stand, and what each of their feet carries: a table of `make scenes`."""
+"""Standing robots, and the load on each of their feet: a table of `make scenes`."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ class Standing:
     """By name, the links of a foot: of two that are fixed to each other, simulators differ in which one they say touches."""
 
     def forces(self, view):
-        """Of each foot, N."""
+        """Returns the load on each foot, N."""
         each = iter(view.forces)
         return [sum(next(each) for _ in links) for links in self.feet.values()]
 
@@ -24,7 +24,7 @@ def standing(name, seconds, robot, feet):
 
 
 def shown():
-    """Long enough for what springs of joints let sway to come to rest."""
+    """Time until springs of joints that sway have come to rest."""
     legs = {"front right": "FR", "front left": "FL", "rear right": "RR", "rear left": "RL"}
     moving = [joint.get("name") for joint in robots.read("humanoid/urdf/humanoid.urdf").findall("joint")
               if joint.get("type") != "fixed"]

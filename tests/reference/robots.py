@@ -1,4 +1,4 @@
-"""Robots of the cases as plain URDF: no shapes, no settings of joints; those are the case's."""
+"""Robots of the cases as plain URDF, without shapes or settings of joints; the case has those."""
 
 import functools
 import xml.etree.ElementTree as xml
@@ -24,7 +24,7 @@ def read(urdf):
 
 @functools.cache
 def axes(urdf):
-    """(name, joint, axis) of each joint axis that moves, in the order of the file."""
+    """Returns (name, joint, axis) of each moving joint axis, in the order of the file."""
     out = []
     for joint in read(urdf).findall("joint"):
         name = joint.get("name")
@@ -39,15 +39,15 @@ def axes(urdf):
 
 
 def slides(urdf):
-    """Whether a joint of it slides."""
+    """Whether a joint of the robot slides."""
     return any(joint.get("type") in ("prismatic", "planar") for joint in read(urdf).findall("joint"))
 
 
 def plain(urdf, limits, planar_as_chain=False, bounded=False):
-    """The text of a robot whose joints have these limits and nothing else.
+    """Returns the text of a robot whose joints have only these limits.
 
-    Turning joints without limits are continuous, or where `bounded`, revolute with far limits: Pinocchio has
-    two coordinates for a continuous joint. A planar joint is read by MuJoCo; the others get a chain.
+    Turning joints without limits are continuous, or with `bounded`, revolute with far limits: Pinocchio
+    has two coordinates for a continuous joint. MuJoCo reads a planar joint; the others get a chain.
     """
     root = read(urdf)
     for link in root.findall("link"):
@@ -55,7 +55,7 @@ def plain(urdf, limits, planar_as_chain=False, bounded=False):
             link.remove(shape)
         inertial = link.find("inertial")
         if inertial is not None and float(inertial.find("mass").get("value")) == 0:
-            # Some files give an inertia without mass. Pinocchio takes it, simd and MuJoCo do not.
+            # Some files give an inertia without mass. Pinocchio accepts it, simd and MuJoCo do not.
             link.remove(inertial)
     for other in [child for child in root if child.tag not in ("link", "joint")]:
         root.remove(other)
@@ -82,7 +82,7 @@ def one_axis(joint, limits, bounded):
 
 
 def split(root, joint, bounded):
-    """A planar joint whose normal is z as two slides and a turn through links without mass."""
+    """Replaces a planar joint whose normal is z by two slides and a turn through links without mass."""
     assert joint.find("axis").get("xyz") == "0 0 1"
     name, child = joint.get("name"), joint.find("child").get("link")
     parent, origin = joint.find("parent").get("link"), joint.find("origin")

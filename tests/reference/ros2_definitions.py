@@ -1,4 +1,5 @@
-"""Definitions of ROS 2 that rosbags does not have: control_msgs 6.8.0 and simulation_interfaces 2.1.0, without their comments."""
+"""ROS 2 definitions that rosbags lacks: control_msgs 6.8.0 and simulation_interfaces 2.1.0, without their
+comments."""
 
 DEFINITIONS = {
     "simulation_interfaces/msg/Result": """

@@ -1,4 +1,4 @@
-"""What a scene has to show: figures of a run, whichever simulator made it, with what each may be at the most."""
+"""Checks of a scene: figures of a run from any simulator, with the maximum of each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ class Check:
 
 @dataclass
 class Shown:
-    """A scene, and how it is looked at."""
+    """A scene, and its checks."""
 
     scene: Scene
     checks: list
@@ -41,23 +41,24 @@ def inside(views, start, end=1e9):
 
 
 def roots(views, columns, body=0):
-    """Of each view columns of a root: position 0 to 2, quaternion 3 to 6, velocity 7 to 9, angular velocity 10 to 12."""
+    """Returns columns of a root in each view: position 0 to 2, quaternion 3 to 6, velocity 7 to 9, angular
+    velocity 10 to 12."""
     return np.array([view.roots[body, columns] for view in views])
 
 
 def spread(values):
-    """The largest difference of any component; of what is no number infinity."""
+    """Returns the largest difference of any component; infinity for NaN."""
     return worst(np.ptp(values, axis=0))
 
 
 def worst(values):
-    """The largest size; infinity of what is no number."""
+    """Returns the largest size; infinity for NaN."""
     values = np.abs(np.asarray(values, dtype=float))
     return float(values.max()) if np.isfinite(values).all() else float("inf")
 
 
 def moved(views, body=None):
-    """How far a body, or any, gets from where the first view has it, m."""
+    """Returns the largest distance of a body, or any, from its place in the first view, m."""
     rows = slice(None) if body is None else [body]
     first = views[0].roots[rows, :3]
     return worst([np.linalg.norm(view.roots[rows, :3] - first, axis=1).max() for view in views])
@@ -71,12 +72,12 @@ def rotation(quaternion):
 
 
 def tilt(view, body=0):
-    """Of a body's z axis against the vertical, rad."""
+    """Returns the angle of a body's z axis against the vertical, rad."""
     return float(np.arccos(np.clip(rotation(view.roots[body, 3:7])[2, 2], -1.0, 1.0)))
 
 
 def spin_energy(view, moment, body=0):
-    """Of the rotation of a body with these principal moments, J."""
+    """Returns the rotational energy of a body with these principal moments, J."""
     own = rotation(view.roots[body, 3:7]).T @ view.roots[body, 10:13]
     return 0.5 * float(np.dot(moment, own**2))
 

@@ -10,8 +10,8 @@ def turn_about(axis, angle):
 
 
 def sheet(cells, size, height, shift=0.0):
-    """The surface above a grid of this many cells along x and y on these edges, m; its inner corners are moved by up to
-    `shift` of a cell, so that no two triangles are alike. Heights are of x and y."""
+    """Returns the surface above a grid of this many cells along x and y on these edges, m. Inner corners are
+    moved by up to `shift` of a cell, so that no two triangles are alike. Heights are functions of x and y."""
     (nx, ny), chance = cells, random.Random(3)
     vertices = []
     for row in range(ny + 1):
@@ -30,13 +30,14 @@ def sheet(cells, size, height, shift=0.0):
 
 
 def rows(cells, size, height):
-    """Heights on the same grid, row by row from the largest y down."""
+    """Returns heights on the same grid, row by row from the largest y down."""
     (nx, ny) = cells
     return [[height((i / nx - 0.5) * size[0], (0.5 - j / ny) * size[1]) for i in range(nx + 1)] for j in range(ny + 1)]
 
 
 def stairs(count, high, deep, wide, before):
-    """Treads and risers as one sheet that begins `before` the first riser, at x = 0, and goes on for as much on top."""
+    """Returns treads and risers as one sheet. It begins `before` the first riser, at x = 0, and extends as
+    far on top."""
     profile = [(-before, 0.0)]
     for step in range(count):
         profile += [(step * deep, step * high), (step * deep, (step + 1) * high)]
@@ -50,7 +51,7 @@ def stairs(count, high, deep, wide, before):
 
 
 def boxes(parts):
-    """One mesh of several boxes: the middle and the edges of each, m."""
+    """Returns one mesh of several boxes: the middle and the edges of each, m."""
     vertices, triangles = [], []
     for middle, edges in parts:
         first = len(vertices)
@@ -77,8 +78,9 @@ def bowl(radius, height, rings, sectors):
 
 
 def wedge(inner, outer, angle, deep):
-    """A stone of a round arch, its middle's direction along z: the corners about its centre of mass; how far that is
-    from the arch's own centre; principal moments for a mass of 1 kg."""
+    """Returns a stone of a round arch, its middle's direction along z: the corners about its centre of mass,
+    that centre's distance from the arch's centre, and the moments. They are principal moments for a mass
+    of 1 kg."""
     half = angle / 2
     a, h = outer * cos(half), inner * cos(half)
     # A trapezium: half its width at height z is z times the tangent of half the angle.

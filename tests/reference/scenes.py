@@ -1,8 +1,8 @@
-"""Scenes with contact as data: what is there, what drives it, what is looked at.
+"""Scenes with contact as data: objects, motors, and times of views.
 
-Every simulator runs the same: equal masses, friction, time step, gains, limits of effort and targets over time.
-`make_scenes.py` writes them into scenes.json with what MuJoCo makes of them; tests/physics/scenes.rs holds simd to
-that; tests/reference/truth/scenes.py draws them.
+Every simulator runs the same scenes, with equal masses, friction, time step, gains, limits of effort and
+targets over time. `make_scenes.py` writes them into scenes.json with MuJoCo's results.
+tests/physics/scenes.rs holds simd to these results; tests/reference/truth/scenes.py draws them.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -16,7 +16,7 @@ OWN = "../reference/robots/"
 
 @dataclass
 class Thing:
-    """A body of one shape, or a grid of them; fixed where it has no mass."""
+    """A body of one shape, or a grid of them; fixed without mass."""
 
     name: str
     shape: str
@@ -98,7 +98,7 @@ class Robot:
 
 @dataclass
 class Constraint:
-    """What holds two links together, a link and the world, or two joints."""
+    """A constraint between two links, a link and the world, or two joints."""
 
     kind: str
     """weld, point, rod, rope (a rod that may be shorter) or gear."""
@@ -132,18 +132,19 @@ class Scene:
     """Downwards, m/s^2."""
 
     def request(self):
-        """As simd reads it."""
+        """Returns the form that simd reads."""
         request = asdict(self)
         for robot in request["robots"]:
             robot["order"] = list(robot["joints"])
         return request
 
     def settings(self):
-        """Ways of MuJoCo that hold it: the stiff contacts of a heap fly apart, by conjugate gradients and by Newton."""
+        """Modes of MuJoCo that hold it: the stiff contacts of a heap fly apart, by conjugate gradients and by
+        Newton."""
         return ("default",) if len(self.free()) > 100 else ("default", "stiff")
 
     def free(self):
-        """Name and mass of what can move as a whole, in the order of views."""
+        """Returns name and mass of the bodies that can move as a whole, in the order of views."""
         out = [(name, thing.mass) for thing in self.things if thing.mass for name, _ in thing.places()]
         return out + [(robot.name, 0.0) for robot in self.robots if not robot.fixed]
 
@@ -163,7 +164,8 @@ HEIGHT = 0.28
 
 
 def leg(x, z):
-    """Upper and lower joint's angle for a foot at x ahead of the hip and z above it: two segments in a plane."""
+    """Returns the upper and lower joint's angle for a foot at x ahead of the hip and z above it: two segments
+    in a plane."""
     reach = hypot(x, z)
     knee = -acos(reach**2 / (2 * SEGMENT**2) - 1)
     return atan2(-x, -z) - knee / 2, knee
@@ -181,8 +183,9 @@ def stance():
 
 
 def trot(speed, start, period=0.4, duty=0.6, lift=0.05, samples=40):
-    """Targets of a walking trot: a foot goes back with the ground while it is down, and ahead along a cycloid while
-    it is up; opposite legs together. `start` is where in the cycle it begins, as a part of it."""
+    """Returns targets of a walking trot. A foot moves back with the ground while it is down, and ahead along
+    a cycloid while it is up; opposite legs move together. `start` is the initial phase, as a part of the
+    cycle."""
     stride = speed * period * duty
     out = []
     for i in range(samples):
@@ -217,7 +220,7 @@ def gripper(at, turn, path, friction):
 
 
 def grip():
-    """20 N on each side of a cube of 0.2 kg, whose weight is 2 N; let go after ten seconds."""
+    """20 N on each side of a cube of 0.2 kg, whose weight is 2 N; released after ten seconds."""
     closing = [[0.0, 0.0], [0.5, 0.1], [14.0, 0.1], [14.5, 0.0]]
     path = {"lift": [[0.0, 0.0], [1.0, 0.0], [3.0, 0.5]], "left": closing, "right": closing}
     cube = Thing("cube", "box", [0.06] * 3, [0.0, 0.0, 0.03], 0.2, 0.8)
@@ -248,8 +251,8 @@ def wall_hit(restitution):
 
 
 def arms():
-    """The left one may do 30 N m, the right one 10, and its pivot is 0.3 m lower: the left one's ball meets its rod.
-    About y a positive angle moves the lower end towards -x."""
+    """The left arm has 30 N m and the right one 10. The left pivot is 0.3 m lower: the left ball meets the
+    right rod. About y a positive angle moves the lower end towards -x."""
     def arm(name, at, target, effort):
         path = {"hinge": [[0.0, 0.0], [1.0, target]]}
         return Robot(name, OWN + "arm.urdf", at, True, friction=0.0, joints={"hinge": 0.0},

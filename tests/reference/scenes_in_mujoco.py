@@ -1,8 +1,8 @@
-"""A scene with contact in MuJoCo, and what is seen of it over time.
+"""A scene with contact in MuJoCo, and its views over time.
 
-Two ways. `default`: soft contacts as MuJoCo has them, and its pyramids of friction. `stiff`: as near to rigid as it
-goes at this time step, with the cone of Coulomb's law. Both with `implicitfast`, which has the dampers of actuators
-implicit, and clamps the whole effort, as simd does.
+It has two modes. `default`: MuJoCo's soft contacts and pyramids of friction. `stiff`: as near to rigid as
+this time step allows, with the cone of Coulomb's law. Both use `implicitfast`, which has implicit dampers
+of actuators, and clamps the whole effort, as simd does.
 """
 
 import xml.etree.ElementTree as xml
@@ -20,7 +20,7 @@ STIFF = "stiff"
 
 @dataclass
 class View:
-    """What is seen at an instant."""
+    """View of a scene at an instant."""
 
     time: float
     roots: np.ndarray
@@ -58,12 +58,12 @@ def model(scene, setting):
 
 
 def surface(geom, friction, setting, kinds, time_step):
-    """The smaller friction holds where the smaller one has priority."""
+    """The smaller friction applies, since its body has priority."""
     geom.friction[0] = max(friction, 1e-5)
     geom.priority = round(-1000 * friction)
     geom.contype, geom.conaffinity = kinds
     if setting == STIFF:
-        # A time constant of two steps is the shortest that MuJoCo takes.
+        # A time constant of two steps is the shortest that MuJoCo accepts.
         geom.solref = [2 * time_step, 1.0]
         geom.solimp = [0.99, 0.999, 0.0001, 0.5, 2]
 
@@ -96,7 +96,7 @@ def add_thing(spec, thing, name, at, setting, time_step):
 
 
 def heights(spec, thing, name):
-    """A field, whose rows MuJoCo has from the smallest y up, between 0 and 1."""
+    """A field, whose rows MuJoCo orders from the smallest y up, between 0 and 1."""
     rows = np.array(thing.rows)[::-1]
     least, most = rows.min(), rows.max()
     long, wide = thing.size
@@ -111,7 +111,7 @@ def add_robot(spec, robot, index, setting, time_step):
     if not robot.fixed:
         own.worldbody.first_body().add_freejoint()
     for geom in own.geoms:
-        # Links touch anything but each other.
+        # Links touch everything but each other.
         surface(geom, robot.friction, setting, (1 << index, ((1 << 21) - 1) ^ (1 << index)), time_step)
     for joint in own.joints:
         joint.actfrclimited = False
@@ -132,8 +132,8 @@ def add_robot(spec, robot, index, setting, time_step):
 
 
 def add_constraint(spec, constraint, index, setting, time_step):
-    """Points and welds between sites, rods as tendons of constant length, ropes as tendons with a limit. What two bodies
-    share does not touch."""
+    """Points and welds are between sites, rods are tendons of constant length, ropes are tendons with a
+    limit. Parts shared by two bodies do not touch."""
     kinds = mujoco.mjtEq
     if constraint.kind == "gear":
         parent, child = ("/".join(end) for end in (constraint.parent, constraint.child))
@@ -165,7 +165,7 @@ def add_constraint(spec, constraint, index, setting, time_step):
 
 
 def rods(compiled, scene):
-    """A tendon's equality counts from its length where all joints are at 0."""
+    """A tendon's equality counts from its length with all joints at 0."""
     for index, constraint in enumerate(scene.constraints):
         if constraint.kind == "rod":
             tendon = compiled.tendon(f"tendon-{index}").id
@@ -199,7 +199,7 @@ class World:
         thrown = things | {robot.name: robot for robot in scene.robots}
         for name, first, body in zip(free, self.velocities, self.bodies):
             data.qvel[first:first + 3] = thrown[name].linear
-            # MuJoCo has the angular velocity in the body's own axes.
+            # MuJoCo has the angular velocity in the body's axes.
             data.qvel[first + 3:first + 6] = turned(thrown[name].angular, compiled.body_quat[body] * [1, -1, -1, -1])
         for robot in scene.robots:
             for joint, velocity in robot.velocities.items():
@@ -209,12 +209,12 @@ class World:
         self.watched = [self.geoms(*watch) for watch in scene.watch]
 
     def geoms(self, owner, link):
-        """Those of a robot's link, or of all of it."""
+        """Contacts of a robot's link, or of the whole robot."""
         compiled = self.model
         wanted = f"{owner}/{link}" if link else owner
         out = np.zeros(compiled.ngeom, dtype=bool)
         for geom in range(compiled.ngeom):
-            # What is fixed has no body of its own: things are known by their shapes.
+            # Fixed things have no separate body: they are known by their shapes.
             thing, body = compiled.geom(geom).name, compiled.body(compiled.geom_bodyid[geom]).name
             out[geom] = wanted in (thing, body) or (not link and body.startswith(f"{owner}/"))
         return out
@@ -253,21 +253,21 @@ class World:
 
 
 def turned(vector, quaternion):
-    """By a quaternion w x y z."""
+    """Rotates by a quaternion w x y z."""
     out = np.zeros(3)
     mujoco.mju_rotVecQuat(out, np.array(vector, dtype=float), np.array(quaternion, dtype=float))
     return out
 
 
 def body_of(compiled, prefix, name):
-    """The body of a thing, or the first one of a robot."""
+    """Returns the body of a thing, or the first one of a robot."""
     if prefix is None:
         return compiled.body(name).id
     return next(body for body in range(compiled.nbody) if compiled.body(body).name.startswith(prefix))
 
 
 def interpolated(path, now):
-    """Of seconds and values in turn."""
+    """Interpolates a path of pairs of seconds and values."""
     after = bisect_right(path, now, key=itemgetter(0))
     if after in (0, len(path)):
         return path[min(after, len(path) - 1)][1]
@@ -291,7 +291,7 @@ def target(robot, joint, now):
 
 
 def run(scene, setting, every, may_diverge=False):
-    """Views from the start on, one each `every` steps. What diverges is an error, or goes on with what is no number."""
+    """Returns views from the start on, one each `every` steps. Divergence is an error, or continues with NaN."""
     world = World(scene, setting)
     if may_diverge:
         world.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

@@ -1,9 +1,11 @@
 """A scene with contact in PyBullet, DIRECT: one `stepSimulation` a step, solver settings as by default.
 
-Set beside the defaults: masses and moments as given, no damping, no threshold of restitution. Two that touch have the product of their
-friction and restitution: each gets the root of its own, so that equal ones have what the scene says. Its motors are constraints
-without gains: a position's gain is the part of the error that an implicit spring and damper of the scene's gains would take
-off a light link in a step, and its force the joint's effort. Overlaps and forces are those of the views alone.
+These settings differ from the defaults: masses and moments as given, no damping, no threshold of
+restitution. Friction and restitution of a pair are the products of its bodies' values. Each body gets the
+square root, so that equal ones have the scene's value. Its motors are constraints without gains. A
+position's gain is a part of the error: an implicit spring and damper of the scene's gains would remove
+that part from a light link in a step. Its force is the joint's effort. Overlaps and forces are taken at
+the views alone.
 """
 
 import tempfile
@@ -88,13 +90,14 @@ class World:
             self.free.append(body)
 
     def add_constraint(self, constraint):
-        """Bodies and points of a point or weld, which PyBullet has from where each link's mass is."""
+        """Returns bodies and points of a point or weld, which PyBullet measures from each link's centre of
+        mass."""
         if constraint.kind == "gear":
             (robot, first), (_, second) = constraint.parent, constraint.child
             body = next(body for body, owner in self.owners.items() if owner == robot)
             first, second = self.link(body, first, 1), self.link(body, second, 1)
             held = p.createConstraint(body, first, body, second, p.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
-            # Of the velocities, the other way round.
+            # The ratio of the velocities, inverted.
             p.changeConstraint(held, gearRatio=-1 / constraint.ratio, maxForce=1e4, erp=0.2, relativePositionTarget=0)
             return []
         ends = []
@@ -104,7 +107,7 @@ class World:
             ends.append((body, index, at if body < 0 else self.from_mass(body, index, at)))
         (a, i, first), (b, j, second) = ends
         if a < 0:
-            # The world is no parent of PyBullet's.
+            # The world cannot be a parent in PyBullet.
             (a, i, first), (b, j, second) = ends[::-1]
         kind = p.JOINT_FIXED if constraint.kind == "weld" else p.JOINT_POINT2POINT
         held = p.createConstraint(a, i, b, j, kind, [0, 0, 0], first, second)
@@ -114,7 +117,7 @@ class World:
         return [ends]
 
     def link(self, body, name, column):
-        """The number of a link (12) or a joint (1) by its name; -1 of the root."""
+        """Returns the number of a link (12) or a joint (1) by its name; -1 for the root."""
         return next((n for n in range(p.getNumJoints(body)) if p.getJointInfo(body, n)[column].decode() == name), -1)
 
     def from_mass(self, body, link, at):
@@ -163,7 +166,7 @@ class World:
         return [*place, *turn, *(part for velocity in p.getBaseVelocity(body) for part in velocity)]
 
     def put(self, view):
-        """Everything as a view has it."""
+        """Adds a complete view."""
         for body, root in zip(self.free, view.roots):
             local = p.getDynamicsInfo(body, -1)
             p.resetBasePositionAndOrientation(body, *p.multiplyTransforms(root[:3], root[3:7], local[3], local[4]))
@@ -171,7 +174,7 @@ class World:
             p.resetJointState(body, joint, at)
 
     def picture(self, view, eye, at, size):
-        """Red, green and blue of what a camera sees, drawn by the processor."""
+        """Returns a camera's red, green and blue, drawn by the processor."""
         self.put(view)
         width, height = size
         looks = p.computeViewMatrix(eye, at, [0, 0, 1])
@@ -182,7 +185,7 @@ class World:
 
 
 def shapes(thing):
-    """To touch and to be seen."""
+    """Collision shape and visual shape."""
     colour = {"rgbaColor": [0.75, 0.72, 0.65, 1.0] if not thing.mass else [0.85, 0.45, 0.2, 1.0]}
     match thing.shape:
         case "box":
@@ -230,8 +233,8 @@ def mesh_of_rows(thing):
 
 
 def text(urdf, fixed):
-    """Links without an inertial weigh a kilogram in PyBullet unless the file says 0, and a root of 0 is fixed; meshes are
-    found by their full paths."""
+    """Links without an inertial weigh a kilogram in PyBullet unless the file says 0, and a root of 0 is
+    fixed. Full paths find the meshes."""
     root = robots.read(urdf)
     folder = Path(pybullet_data.getDataPath()) / urdf.removeprefix(robots.OTHERS)
     for mesh in root.iter("mesh"):
@@ -247,7 +250,7 @@ def text(urdf, fixed):
 
 
 def run(scene, every):
-    """Views from the start on, one each `every` steps."""
+    """Returns views from the start on, one each `every` steps."""
     world = World(scene)
     try:
         views = [world.view(0.0)]

@@ -1,4 +1,5 @@
-"""The scenes of `sensors.py`: MJCF that both programs read, where they begin, and after which steps they are read."""
+"""Scenes of `sensors.py`: MJCF that both programs read, initial states, and the steps after which sensors are
+read."""
 
 from __future__ import annotations
 

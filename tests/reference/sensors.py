@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Sensors beside MuJoCo: what MuJoCo measures in the scenes of `sensor_scenes.py`, as `sensors.json`, and how far simd is from it.
+"""Sensors beside MuJoCo: writes MuJoCo's measurements in the scenes of `sensor_scenes.py` into
+`sensors.json`, and prints simd's differences.
 
     target/reference-venv/bin/python tests/reference/sensors.py
     SIMD_BINARY=target/debug/simd target/reference-venv/bin/python tests/reference/sensors.py beside
 
-The first needs `mujoco` and writes the file, which `tests/physics/sensors/mujoco.rs` replays. The second also needs what the Python client
-needs, and prints the largest difference of each quantity, relative to its size where that is above 1.
+The first needs `mujoco` and writes the file, which `tests/physics/sensors/mujoco.rs` replays. The second
+also needs the requirements of the Python client. It prints the largest difference of each quantity,
+relative to its size if that is above 1.
 
-Both step by Euler. A sensor of MuJoCo's `mj_step` is of the state at which the step begins and of the acceleration there; simd's is of the
-state that the step brings, and of the mean acceleration over the step, (v1 - v0) / h, with the damping that is implicit in both. So
-MuJoCo's functions are called for that state and that acceleration: `mj_forward`, then `mj_rnePostConstraint` and `mj_sensorAcc` with
-this `qacc`. What `mj_step` itself leaves in `sensordata` is the second column: it differs by what changes in a step.
+Both step by Euler. A sensor of MuJoCo's `mj_step` shows the state and the acceleration at the start of the
+step. simd's shows the state after the step and the mean acceleration over it, (v1 - v0) / h. The damping
+is implicit in both. So MuJoCo's functions are called for that state and that acceleration: `mj_forward`,
+then `mj_rnePostConstraint` and `mj_sensorAcc` with this `qacc`. The second column is the `sensordata` of
+`mj_step`: it differs by the changes in a step.
 """
 
 from __future__ import annotations
@@ -48,7 +51,8 @@ QUANTITIES = {
 
 
 def sensors(model: Any) -> list[tuple[str, str, int, int]]:
-    """Of each sensor of MuJoCo: the sensor of simd, which is named after the first at its place, the quantity, and where its data lie."""
+    """Returns for each sensor of MuJoCo: simd's sensor, the quantity, and the address of its data. simd's
+    sensor has the name of the first at its place."""
     first: dict[tuple[str, int, int], str] = {}
     found = []
     for index in range(model.nsensor):
@@ -72,13 +76,13 @@ def begin(scene: Scene) -> tuple[Any, Any]:
         data.qpos[at.qposadr[0]], data.qvel[at.dofadr[0]] = position, velocity
     for robot, linear, angular in scene.twists:
         at = int(model.body_dofadr[model.body(robot).id])
-        # The root is not turned, so that its own axes are the world's.
+        # The root is not turned, so that its axes are the world's.
         data.qvel[at : at + 6] = [*linear, *angular]
     return model, data
 
 
 def after_step(model: Any, data: Any, before: Any) -> Any:
-    """What the sensors say of the state after a step and of the mean acceleration over it."""
+    """Returns the sensors' values for the state after a step and the mean acceleration over it."""
     seen = mujoco.MjData(model)
     seen.qpos[:], seen.qvel[:], seen.qacc_warmstart[:] = data.qpos, data.qvel, data.qacc_warmstart
     mujoco.mj_forward(model, seen)
@@ -89,7 +93,7 @@ def after_step(model: Any, data: Any, before: Any) -> Any:
 
 
 def values(quantity: str, data: Any) -> list[float]:
-    """As simd has them: quaternions x y z w, and REP 117's infinity where a ray meets nothing."""
+    """In simd's form: quaternions x y z w, and REP 117's infinity if a ray meets nothing."""
     if quantity == "orientation":
         return [float(part) for part in np.roll(data, -1)]
     if quantity == "range":
@@ -99,7 +103,7 @@ def values(quantity: str, data: Any) -> list[float]:
 
 
 def in_mujoco(scene: Scene) -> list[dict[str, Any]]:
-    """A row for each quantity of each step that is read."""
+    """Prints a row for each quantity of each step that is read."""
     model, data = begin(scene)
     known, rows = sensors(model), []
     for step in range(1, max(scene.steps) + 1):
@@ -134,7 +138,7 @@ def make() -> None:
 
 
 def part(measurement: Any, quantity: str) -> np.ndarray:
-    """A quantity of a reading of the Python client."""
+    """Returns a quantity of a reading of the Python client."""
     match quantity:
         case "range":
             return np.array([measurement if np.isfinite(measurement) else -1.0])
@@ -150,7 +154,7 @@ def part(measurement: Any, quantity: str) -> np.ndarray:
 
 
 def difference(quantity: str, ours: np.ndarray, theirs: np.ndarray) -> float:
-    """The largest of its parts, relative to the size of the whole where that is above 1."""
+    """Returns the largest difference of its parts, relative to the size of the whole if that is above 1."""
     error = np.abs(ours - theirs).max()
     if quantity == "orientation":
         error = min(error, np.abs(ours + theirs).max())
@@ -158,7 +162,7 @@ def difference(quantity: str, ours: np.ndarray, theirs: np.ndarray) -> float:
 
 
 def in_simd(scene: Scene) -> dict[tuple[int, str], Any]:
-    """The measurement of each sensor by step and name."""
+    """Returns the measurement of each sensor by step and name."""
     sys.path[:0] = [str(REPOSITORY / "client/python/src"), str(REPOSITORY / "client/python/tests")]
     import simd_client
     from daemon import Daemon

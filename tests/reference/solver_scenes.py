@@ -1,4 +1,4 @@
-"""Scenes that are hard on a solver or an integrator, with what each has to show."""
+"""Scenes that are hard on a solver or an integrator, with checks for each."""
 
 from math import cos, hypot, pi, radians, sin, sqrt
 
@@ -41,7 +41,8 @@ def disc():
 
 
 def flywheel():
-    """The base turns at 0.5 rad/s across the shaft, so that the two nutate: what is measured is how fast the base turns."""
+    """The base turns at 0.5 rad/s across the shaft, so that the two nutate; the test measures how fast the
+    base turns."""
     robot = Robot("flywheel", OWN + "flywheel.urdf", [0.0, 0.0, 0.0], False, joints={"shaft": 0.0},
                   velocities={"shaft": 600.0}, angular=[0.0, 0.5, 0.0])
     scene = Scene("a flywheel of 600 rad/s in a free body", 5.0, [4.0, 5.0], [], [robot])
@@ -169,7 +170,7 @@ def cradle():
 
     def energy(views):
         angles = np.array([view.joints for view in views])
-        # Velocities as differences of angles: also for engines that report none.
+        # Velocities as differences of angles, which also serve engines that report none.
         velocities = np.gradient(angles, views[1].time - views[0].time, axis=0)
         return (0.5 * moment * velocities**2 + mass * G * length * (1 - np.cos(angles))).sum(axis=1)
 
@@ -184,7 +185,7 @@ def cradle():
 
 
 def humanoid(joints):
-    """Passive, from a metre."""
+    """Passive, from a height of a metre."""
     robot = Robot("humanoid", "humanoid/urdf/humanoid.urdf", [0.0, 0.0, 1.3], False, joints=dict.fromkeys(joints, 0.0),
                   friction=0.8)
     ground = Thing("ground", "plane", [], [0.0, 0.0, 0.0], friction=0.8)

@@ -1,4 +1,4 @@
-"""Scenes on meshes, height fields and what others made, with what each has to show."""
+"""Scenes on meshes, height fields and third-party models, with checks for each."""
 
 from math import cos, pi, sin
 
@@ -12,7 +12,7 @@ ONLY_HULLS = "MuJoCo has only hulls of meshes"
 
 
 def terrain(height, cells, size, shift=0.0, friction=1.0, mesh=True):
-    """Ground of a mesh; MuJoCo takes the heights."""
+    """Ground from a mesh; MuJoCo uses the heights."""
     vertices, triangles = sheet(cells, size, height, shift) if mesh else ([], [])
     return Thing("terrain", "mesh" if mesh else "heights", list(size), [0.0, 0.0, 0.0], friction=friction,
                  vertices=vertices, triangles=triangles, rows=rows(cells, size, height))
@@ -66,8 +66,8 @@ STEP, TREAD, STEPS = 0.08, 0.35, 4
 
 
 def climb(speed, period=0.4, duty=0.6, lift=0.09, begin=1.0, seconds=16.0, start=-0.6):
-    """Paths of all joints: a trot whose feet are put down on the treads, with the body level and at the mean height of
-    what is below its hips."""
+    """Returns paths of all joints: a trot whose feet step on the treads. The body is level at the mean height
+    of the ground below its hips."""
     swing = (1 - duty) * period
     paths = {f"{leg}_{part}_joint": [] for leg in LEGS for part in ("hip", "upper", "lower")}
     for name in LEGS:
@@ -82,7 +82,7 @@ def climb(speed, period=0.4, duty=0.6, lift=0.09, begin=1.0, seconds=16.0, start
             if phase < 0 and lifted is not None:
                 old, lifted = new, None
             if phase >= 0 and lifted is None:
-                # Where the hip will be in the middle of the time that the foot is down.
+                # Position of the hip at the middle of the foot's time on the ground.
                 lifted, new = now, foothold(x + hip + speed * (swing + duty * period / 2))
             part = min(1.0, max(0.0, phase / swing))
             # Up, ahead, down: the foot is above the next tread before it is over it.
@@ -112,7 +112,8 @@ def mean_height(x):
 
 
 def foothold(x):
-    """A place near x that is well on a tread, and its height. Feet slip: what is planned ahead of an edge may be nearer to it."""
+    """Returns a place near x that is well on a tread, and its height. Feet slip: a place planned ahead of an
+    edge may be nearer to it."""
     inside = x % TREAD
     if -TREAD < x < STEPS * TREAD:
         near = min(max(inside, EDGES[0]), TREAD - EDGES[1])
@@ -142,7 +143,7 @@ LONG, WIDE = 8.0, 6.0
 
 
 def husky_in_a_room():
-    """Straight through the door in the middle, a turn to the left, and on until a wall is in the way."""
+    """Straight through the door in the middle, a turn to the left, and ahead until a wall blocks it."""
     high, thick = 1.0, 0.1
     across, along = [thick, WIDE + 2 * thick, high], [LONG, thick, high]
     side = (WIDE - 1.4) / 2
@@ -248,7 +249,7 @@ def stadium():
 
 
 def transparent_plane():
-    """Its mesh is a sheet to be seen; what is touched is a box of 30 m whose upper side is the sheet."""
+    """Its mesh is a visual sheet; the collision shape is a box of 30 m whose upper side is the sheet."""
     plane = Robot("plane", OTHERS + "plane_transparent.urdf", [0.0, 0.0, 0.0], True)
     places = [(x, y, 1.5) for x in (-14.9, 0.0, 14.9) for y in (-14.9, 0.0, 14.9)]
     scene = Scene("balls fall on plane_transparent.urdf", 3.0, [2.0, 3.0], [], [plane])

@@ -51,7 +51,7 @@ def model(scene):
 
 
 def driven(scene):
-    """The joints of all copies, by their names."""
+    """Returns the joints of all copies, by their names."""
     return [(f"{copy}/{joint['name']}", joint) for copy in range(scene.copies) for joint in scene.joints]
 
 
@@ -61,7 +61,7 @@ def touch(geom, kinds):
 
 
 def engine(scene, sleep=False):
-    """From a number of steps to seconds and how far a body is from its place."""
+    """Returns a function from a number of steps to seconds and the distance of a body from its place."""
     compiled = model(scene)
     if sleep:
         compiled.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
@@ -89,7 +89,7 @@ def engine(scene, sleep=False):
 
 
 def rollout(scene, threads):
-    """The same, each copy as a world of its own, on so many threads: `mujoco.rollout`."""
+    """Like `batch`, with each copy in a separate world, on this many threads: `mujoco.rollout`."""
     alone = replace(scene, copies=1)
     compiled = model(alone)
     data = mujoco.MjData(compiled)

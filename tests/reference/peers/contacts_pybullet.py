@@ -8,12 +8,13 @@ from scenes import FRICTION
 
 
 def engine(scene):
-    """From a number of steps to seconds and how far a body is from its place: of a robot, its root."""
+    """Returns a function from a number of steps to seconds and the distance of a body from its place; for a
+    robot, of its root."""
     client = pybullet.connect(pybullet.DIRECT)
     on = {"physicsClientId": client}
     pybullet.setGravity(0, 0, -9.81, **on)
     pybullet.setTimeStep(TIME_STEP, **on)
-    # Friction of a pair is the product, so each has the root of it.
+    # Friction of a pair is the product, so each body has its square root.
     plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, **on)
     ground = pybullet.createMultiBody(0, plane, **on)
     smooth(ground, -1, FRICTION**0.5, on)
@@ -73,6 +74,6 @@ def robot(scene, on):
 
 
 def smooth(body, index, friction, on):
-    """No damping of its own, no restitution, and friction against sliding alone."""
+    """No damping, no restitution, and friction against sliding alone."""
     pybullet.changeDynamics(body, index, lateralFriction=friction, rollingFriction=0, spinningFriction=0,
                             restitution=0, linearDamping=0, angularDamping=0, **on)

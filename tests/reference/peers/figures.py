@@ -1,4 +1,4 @@
-"""Medians, spreads and ratios of the rounds; the tables and the plot made of them."""
+"""Medians, spreads and ratios of the rounds, with their tables and plot."""
 
 import os
 import platform
@@ -14,13 +14,13 @@ BASE = "MuJoCo"
 
 
 def spread(values):
-    """Median, and the range that holds nine tenths."""
+    """Returns the median, and the range that holds nine tenths."""
     low, median, high = np.percentile(values, [5, 50, 95])
     return {"median": median, "low": low, "high": high}
 
 
 def summary(rounds):
-    """Of one scene: by engine, microseconds a step; and the ratio to MuJoCo's batch of the same round."""
+    """Returns microseconds a step of a scene by engine, and the ratio to MuJoCo's batch of the same round."""
     out = {}
     for engine, figures in rounds.items():
         out[engine] = {"us_per_step": spread(figures)}
@@ -37,7 +37,7 @@ def machine():
 
 
 def table(scenes, engines, key):
-    """A line for each scene, a column for each engine: median (5 % to 95 %)."""
+    """Returns a line for each scene, a column for each engine: median (5 % to 95 %)."""
     rows = [["", *engines]]
     for name, figures in scenes.items():
         rows.append([name, *(cell(figures[engine][key]) if engine in figures else "" for engine in engines)])
@@ -55,14 +55,15 @@ def cell(figure):
 
 
 def slope(lengths, costs):
-    """The straight line through costs over joints: microseconds a joint, and the part of the variance it explains."""
+    """Fits a straight line to costs over joints: microseconds a joint, and the part of the variance that it
+    explains."""
     line = np.polyfit(lengths, costs, 1)
     left = np.var(costs - np.polyval(line, lengths)) / np.var(costs)
     return line[0], 1 - left
 
 
 def plot(chains, engines, path):
-    """Cost over joints: all engines on logarithmic axes, and the two fastest on straight ones."""
+    """Plots cost over joints: all engines on logarithmic axes, and the two fastest on linear ones."""
     figure, (all_of_them, fastest) = plt.subplots(1, 2, figsize=(12, 5), layout="constrained")
     colours = dict(zip(engines, ("#d9480f", "#1971c2", "#2f9e44", "#862e9c")))
     lengths = np.array(list(chains))

@@ -11,7 +11,7 @@ SOFTER = 6
 
 
 class Settings(Enum):
-    """How the damper of an actuator is integrated."""
+    """Integrator of the actuators' dampers."""
 
     EULER = "joint damping, which Euler integrates implicitly"
     EXPLICIT = "Euler, explicit damper, softer gains"
@@ -19,7 +19,7 @@ class Settings(Enum):
 
 
 def engine(scene, joints, settings=Settings.EULER):
-    """From a number of steps to seconds and the largest error of a joint."""
+    """Returns a function from a number of steps to seconds and the largest error of a joint."""
     root = mujoco.MjSpec()
     for copy in range(scene.copies):
         robot = mujoco.MjSpec.from_file(str(scene.bare))

@@ -8,7 +8,7 @@ TIME_STEP = 1e-3
 
 
 def engine(scene, joints):
-    """From a number of steps to seconds and the largest error of a joint."""
+    """Returns a function from a number of steps to seconds and the largest error of a joint."""
     client = pybullet.connect(pybullet.DIRECT)
     pybullet.setGravity(0, 0, -9.81, physicsClientId=client)
     pybullet.setTimeStep(TIME_STEP, physicsClientId=client)
@@ -30,7 +30,8 @@ def engine(scene, joints):
         if len(names) != len(joints):
             raise RuntimeError(f"{scene.name}: PyBullet has {len(names)} of {len(joints)} joints")
         for index, joint in names.items():
-            # Its motors are constraints: what is left of an error after a step, not a stiffness.
+            # Its motors are constraints: the gain is the part of an error that remains after a step, not a
+            # stiffness.
             pybullet.setJointMotorControl2(
                 body, index, pybullet.POSITION_CONTROL, targetPosition=joint["position"], targetVelocity=0,
                 positionGain=0.3, velocityGain=1.0, force=joint["effort"] or 1e5, physicsClientId=client)

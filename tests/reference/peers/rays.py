@@ -1,5 +1,5 @@
-"""Ten thousand rays in one call, from one point into all directions, into a scene at its start: the point is the only
-one that MuJoCo's `mj_multiRay` takes."""
+"""Ten thousand rays in one call, from one point into all directions, into a scene in its initial state.
+MuJoCo's `mj_multiRay` accepts only one starting point."""
 
 import time
 
@@ -19,7 +19,7 @@ def scenes():
 
 
 def point(scene):
-    """Above the middle of it all."""
+    """Above the middle of the scene."""
     return np.array([0.0, 0.0, 2.0 * max(thing.at[2] for thing in scene.things)])
 
 
@@ -33,7 +33,8 @@ def directions():
 
 
 def timed(call, distances):
-    """From a number of calls to seconds; `distances` checks that all see the same, metres."""
+    """Returns a function from a number of calls to seconds; `distances` checks that all simulators measure
+    the same, metres."""
     call()
     known = distances()
 

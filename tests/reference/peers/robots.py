@@ -1,4 +1,4 @@
-"""What is stepped: robots of files, and chains written for the plot."""
+"""Stepped robots: robots of files, and chains written for the plot."""
 
 import re
 from dataclasses import dataclass
@@ -38,13 +38,13 @@ def robots(folder):
 
 
 def crowds(folder):
-    """Many arms that are held, and one."""
+    """Many arms that hold a pose, and one."""
     arm = ASSETS / "seven_arm/urdf/seven_arm.urdf"
     return [Scene(f"{count} x arm held", arm, bare(arm, folder), False, count) for count in (1, 100, 500)]
 
 
 def chains(folder, lengths):
-    """A chain of each of these numbers of joints."""
+    """A chain for each of these numbers of joints."""
     scenes = []
     for joints in lengths:
         urdf = folder / f"chain_{joints}.urdf"
@@ -61,7 +61,8 @@ def bare(urdf, folder):
 
 
 def chain(joints):
-    """Links of 5 cm and 200 g; axes across, across and along in turn; limits and efforts that are never reached."""
+    """Links of 5 cm and 200 g; axes across, across and along in turn; limits and efforts that are never
+    reached."""
     inertial = ('<inertial><origin xyz="0 0 0.025"/><mass value="0.2"/>'
                 '<inertia ixx="6e-5" ixy="0" ixz="0" iyy="7e-5" iyz="0" izz="4e-5"/></inertial>')
     parts = ['<robot name="chain">', '<link name="link_0"/>']

@@ -1,6 +1,6 @@
-"""Scenes with contact: robots that stand, things that lie on each other.
+"""Scenes with contact: standing robots, and things that lie on each other.
 
-Each is data: what there is, where, how heavy, how rough. The simulators' own files put it into them.
+Each is data: objects, positions, masses, friction. The simulators' modules build their scenes from it.
 """
 
 import random
@@ -27,7 +27,7 @@ SETTLED = 3.0
 
 @dataclass
 class Thing:
-    """A free body, or a fixed one where it has no mass."""
+    """A free body, or a fixed one without mass."""
 
     shape: str
     """box or sphere."""
@@ -40,7 +40,7 @@ class Thing:
 
 @dataclass
 class ContactScene:
-    """On level ground: a robot that holds a pose, or things."""
+    """A scene on level ground: a robot that holds a pose, or things."""
 
     name: str
     settle: float
@@ -66,7 +66,7 @@ class ContactScene:
     """What simd's worker says that each joint holds, and how."""
 
     def request(self):
-        """As the worker reads it."""
+        """Returns the scene in the form that the worker reads."""
         contact = {"height": self.height, "friction": FRICTION, "settle": self.settle, "heap": self.heap,
                    "things": [asdict(thing) for thing in self.things]}
         return {"urdf": str(self.urdf or ""), "free": True, "copies": self.copies, "pose": self.pose, "contact": contact}
@@ -86,7 +86,7 @@ def contact_scenes(folder):
 
 
 def crowds(scenes):
-    """Many of some that stand, and one of each, which threads are to cost nothing."""
+    """Many of some standing robots, and one of each, where threads must cost nothing."""
     known = {scene.name: scene for scene in scenes}
     return [replace(known[f"{name} standing"], name=f"{count} x {name} standing", copies=count)
             for count in (1, 100, 500) for name in ("A1", "Solo12")]
@@ -108,7 +108,7 @@ def standing(name, urdf, pose, folder):
 
 
 def sensible(inertia):
-    """A sensor's that no body can have: MuJoCo refuses it."""
+    """A sensor's inertia, which no body can have: MuJoCo refuses it."""
     xx, xy, xz, yy, yz, zz = (float(inertia.get(part, 0)) for part in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
     if np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() <= 0:
         for part in ("ixy", "ixz", "iyz"):
@@ -116,7 +116,8 @@ def sensible(inertia):
 
 
 def detailed(folder):
-    """Robots of PyPI's `example-robot-data`, whose shapes are meshes of up to thousands of triangles, or many primitives."""
+    """Robots of PyPI's `example-robot-data`, whose shapes are meshes of up to thousands of triangles, or many
+    primitives."""
     package = next(path for path in (Path(place) / OTHERS for place in sys.path) if path.is_dir())
     bent = {f"{leg}_{part}": sign * angle for leg, sign in (("FL", 1), ("FR", 1), ("HL", -1), ("HR", -1))
             for part, angle in (("HFE", 0.7), ("KFE", -1.4))}
@@ -131,19 +132,19 @@ def detailed(folder):
 
 
 def posture(srdf):
-    """The first one that the file names, of joints of one axis."""
+    """Returns the first one that the file names, of joints of one axis."""
     joints = xml.parse(srdf).getroot().find("group_state").findall("joint")
     return {joint.get("name"): float(joint.get("value")) for joint in joints if " " not in joint.get("value").strip()}
 
 
 def stack(count):
-    """Cubes of 10 cm and 1 kg, each on the one below."""
+    """Returns cubes of 10 cm and 1 kg, each on the one below."""
     return [Thing("box", [0.1, 0.1, 0.1], [0.0, 0.0, 0.05 + 0.1 * i], 1.0) for i in range(count)]
 
 
 def heap(edge, radius):
-    """edge^3 spheres of density 1000 above the floor of a box that is 1.3 times as wide, out of line, so that they fall
-    into a heap and no tower stands."""
+    """Returns edge^3 spheres of density 1000 above the floor of a box that is 1.3 times as wide. They are out
+    of line, so that they fall into a heap and no tower stands."""
     rng = random.Random(1)
     mass = 4 / 3 * np.pi * radius**3 * 1000
     places = [[(i - (edge - 1) / 2) * 2.1 * radius for i in place] for place in np.ndindex(edge, edge, edge)]
@@ -159,7 +160,7 @@ def heap(edge, radius):
 
 
 def height(shaped, pose):
-    """Of the root link, where the lowest point of the robot's shapes is at zero."""
+    """Returns the height of the root link that puts the lowest point of the robot's shapes at zero."""
     spec = mujoco.MjSpec.from_file(str(shaped))
     spec.worldbody.first_body().add_freejoint()
     model = spec.compile()

@@ -43,14 +43,15 @@ class Worker:
         return self.ask(f"joints {scene}")
 
     def engine(self, name, scene):
-        """What steps a scene: from a number of steps to seconds and the largest error."""
+        """Returns a function that steps a scene: from a number of steps to seconds and the largest error."""
         def batch(steps):
             answer = self.ask(f"{name} {scene} {steps}")
             return answer["seconds"], answer["error"]
         return batch
 
     def engine_beside(self, other, name, scene):
-        """The same while another process steps such a scene too. The time is that of one of the two at their mean speed."""
+        """Returns such a function while another process steps such a scene too. The time is one scene's, at
+        the mean speed of both."""
         def batch(steps):
             line = f"{name} {scene} {steps}"
             both = [self, other]

@@ -1,4 +1,4 @@
-"""Scenes drawn from the side: the shapes that touch, where a simulator has them."""
+"""Scenes drawn from the side: the collision shapes, at a simulator's positions."""
 
 import mujoco
 import numpy as np
@@ -9,15 +9,15 @@ COLOURS = ("#74a9cf", "#fd8d3c", "#78c679", "#9e9ac8")
 
 
 class Drawing:
-    """Places a scene's shapes by views; MuJoCo's model of it knows where a robot has its shapes."""
+    """Draws a scene's shapes by views; MuJoCo's model of it has the positions of a robot's shapes."""
 
     def __init__(self, scene, across=0):
-        """Across the picture lies x, or y where `across` is 1; up lies z."""
+        """The picture's horizontal axis is x, or y if `across` is 1; its vertical axis is z."""
         self.world = scenes_in_mujoco.World(scene, "default")
         self.axes = [across, 2]
 
     def draw(self, axes, view, box, title):
-        """`box`: left, right, bottom and top of what is shown, m."""
+        """`box`: left, right, bottom and top of the shown area, m."""
         world, (left, right, bottom, top) = self.world, box
         data, compiled = world.data, world.model
         data.qpos[world.joints] = view.joints
@@ -26,7 +26,7 @@ class Drawing:
             data.qpos[first[:, None] + [0, 1, 2]] = view.roots[:, :3]
             data.qpos[first[:, None] + [4, 5, 6, 3]] = view.roots[:, 3:7]
         mujoco.mj_kinematics(compiled, data)
-        # What is fixed lies behind, and then what is farther away.
+        # Fixed shapes lie behind, then shapes that are farther away.
         for geom in np.lexsort((data.geom_xpos[:, 1 - self.axes[0]], compiled.geom_bodyid > 0)):
             at, turn = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
             kind, size = compiled.geom_type[geom], compiled.geom_size[geom]
@@ -45,7 +45,7 @@ class Drawing:
 
 
 def corners(kind, size):
-    """Points whose hull is the shape, in its own axes."""
+    """Returns points whose hull is the shape, in its axes."""
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return np.array(np.meshgrid(*([-edge, edge] for edge in size))).reshape(3, -1).T
     turns = np.linspace(0, 2 * np.pi, 24)
@@ -53,7 +53,7 @@ def corners(kind, size):
 
 
 def outline(points):
-    """The convex hull of points in a plane: Andrew's monotone chain (1979)."""
+    """Returns the convex hull of points in a plane: Andrew's monotone chain (1979)."""
     points = sorted(map(tuple, points))
 
     def half(points):

@@ -1,10 +1,11 @@
 """A case in PyBullet, DIRECT: multibodies, one `stepSimulation` a step, solver settings as by default.
 
-Set beside the defaults: inertia from the file; linear, angular and joint damping zero where the case has none
-(0.04 else); the cap of 100 rad/s on joint velocities lifted; the velocity motors that joints start with switched off.
-Dry friction is a velocity motor with target 0 and the friction as its force, as its manual says; mimic a gear
-constraint; actuators are torques that are computed before each step, since its motors are constraints without
-gains. It has no armature, and takes the axes of joints as long as they are written: here they have length 1.
+These settings differ from the defaults: inertia from the file, no cap of 100 rad/s on joint velocities, no
+initial velocity motors of joints. Linear, angular and joint damping are zero unless the case has some
+(0.04 by default). Dry friction is a velocity motor with target 0 and the friction as its force, according
+to its manual. Mimic is a gear constraint. Actuators are torques that are computed before each step, since
+its motors are constraints without gains. It has no armature. It does not normalise axes of joints: here
+they have length 1.
 """
 
 import xml.etree.ElementTree as xml

@@ -11,7 +11,7 @@ CARGO = os.environ.get("CARGO", "cargo")
 
 
 def run(repository, folder, asks):
-    """Views of each (case, integrator, time step, instants), as exact.py has them."""
+    """Returns views of each (case, integrator, time step, instants), in the form of exact.py."""
     requests = [{"case": case.request(), "integrator": integrator, "time_step": h, "instants": instants}
                 for case, integrator, h, instants in asks]
     return [[(np.array(view["joints"]), view["root"] and np.array(view["root"])) for view in views]
@@ -19,7 +19,7 @@ def run(repository, folder, asks):
 
 
 def ask(repository, folder, requests):
-    """The answer to each request, which `tests/reference/truth/main.rs` says the kinds of."""
+    """Returns the answer to each request; `tests/reference/truth/main.rs` lists their kinds."""
     listing = folder / "asks.json"
     listing.write_text(json.dumps(requests))
     answers = subprocess.run([build(repository), str(listing)], stdout=subprocess.PIPE, check=True).stdout
@@ -38,10 +38,11 @@ def build(repository):
 
 
 def closed_forms(repository):
-    """What the tests of formulas, and that of the energy over a minute, print, and whether all of them passed."""
+    """Returns the output of the tests of formulas and of the energy over a minute, and whether all of them
+    passed."""
     arguments = ["--test-threads=1", "closed_forms", "a_minute_of_leapfrog_keeps_the_energy"]
     found, passed = physics(repository, "closed form ", arguments)
-    # What is no number comes as None.
+    # NaN arrives as None.
     return [form | {"found": float("nan")} if form["found"] is None else form for form in found], passed
 
 
@@ -63,7 +64,7 @@ WIDE = {
 
 
 def properties(repository):
-    """What the property tests of WIDE print, by name, and whether all of them ran and passed."""
+    """Returns the output of the property tests of WIDE by name, and whether all of them ran and passed."""
     seeds = {variable: str(count) for variable, (_, count) in WIDE.items()}
     found, passed = physics(repository, "random property ", [test for test, _ in WIDE.values()], seeds)
     counts = sorted(line["seeds"] for line in found)
@@ -71,7 +72,7 @@ def properties(repository):
 
 
 def physics(repository, mark, arguments, variables=None):
-    """Runs tests of the physics suite: what they print behind a mark, and whether all of them passed."""
+    """Runs tests of the physics suite. Returns their output behind a mark, and whether all of them passed."""
     command = [CARGO, "test", "--locked", "--workspace", "--test", "physics", "--", "--nocapture", *arguments]
     environment = os.environ | (variables or {})
     done = subprocess.run(command, cwd=repository, env=environment, stdout=subprocess.PIPE, text=True)

@@ -1,4 +1,4 @@
-"""The plots of the truth report."""
+"""Plots of the truth report."""
 
 import re
 
@@ -8,7 +8,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-# simd's Euler last but one and dashed, since it often lies on MuJoCo's line.
+# simd's Euler is last but one and dashed, since it often lies on MuJoCo's line.
 STYLES = {
     "PyBullet": {"color": "#2f9e44", "lw": 1.6, "marker": "s", "ms": 14, "mfc": "none"},
     "MuJoCo": {"color": "#74c0fc", "lw": 5, "marker": "o", "ms": 9},
@@ -28,7 +28,7 @@ def slug(name):
 
 
 def case(result, folder):
-    """Error over time at 1 ms, and over the time step."""
+    """Plots the error over time at 1 ms, and over the time step."""
     figure, (over_time, over_step) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
     instants = result["instants"]
     for engine, style in STYLES.items():
@@ -68,7 +68,7 @@ def case(result, folder):
 
 
 def drawn(errors):
-    """As a line: what is not there or has left the case is left out."""
+    """Returns the errors as a line: gaps for missing and diverged values."""
     return [np.nan if error is None else max(error, FLOOR) for error in errors]
 
 
@@ -77,7 +77,7 @@ def worst(errors):
 
 
 def overview(results, title, path):
-    """The largest error of each case at 1 ms."""
+    """Plots the largest error of each case at 1 ms."""
     figure, axes = plt.subplots(figsize=(9.5, 0.36 * len(results) + 1.7), layout="constrained")
     places = np.arange(len(results))[::-1]
     points = {engine: ([], []) for engine in STYLES}
@@ -120,7 +120,7 @@ def overview(results, title, path):
 
 
 def orders(results, path):
-    """Leapfrog's error over the time step, all cases in one: lines of slope 2 where motion is smooth."""
+    """Plots leapfrog's error over the time step, all cases in one: lines of slope 2 where motion is smooth."""
     figure, axes = plt.subplots(figsize=(8, 6), layout="constrained")
     colours = {"smooth": "#1971c2", "kinked": "#d9480f", "driven": "#862e9c"}
     names = {"smooth": "passive, smooth", "kinked": "with dry friction, limits or mimic", "driven": "with actuators"}

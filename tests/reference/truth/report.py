@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """simd, MuJoCo and PyBullet against the truth; started by `make truth`.
 
-Runs the cases of tests/reference/cases.py in each at 0.1, 0.25, 1 and 4 ms, and two swings for a minute; the closed
-forms of the physics suite, and its random worlds, ten times as many as it has. Writes report.md, report.json and plots
-into target/truth. Ends with status 1 where simd does not hold what the report promises.
+Runs the cases of tests/reference/cases.py in each at 0.1, 0.25, 1 and 4 ms, and two swings for a minute.
+Also runs the closed forms of the physics suite, and ten times as many of its random worlds. Writes
+report.md, report.json and plots into target/truth. Ends with status 1 if simd breaks a promise of the
+report.
 """
 
 import argparse
@@ -73,7 +74,7 @@ def main():
 
 
 def instants(case):
-    """LOOKS of them or so, at multiples of the largest time step."""
+    """About LOOKS of them, at multiples of the largest time step."""
     coarse = max(TIME_STEPS)
     every = max(1, round(case.seconds / coarse / LOOKS))
     return [round(coarse * every * (k + 1), 9) for k in range(round(case.seconds / coarse / every))]
@@ -114,7 +115,7 @@ def measure(case, grid, own, folder):
 
 
 def minute(case, forms):
-    """How much a swing's energy changes in a minute: simd's figure from the line of its test."""
+    """Returns the change of a swing's energy in a minute: simd's figure from the line of its test."""
     own = [form["found"] for form in forms if form["form"].startswith(f"energy over a minute, {case.name}:")]
     kinds = in_mujoco.mujoco.mjtIntegrator
     return {"name": case.name, "simd": own[0] if own else None,
@@ -123,7 +124,7 @@ def minute(case, forms):
 
 
 def holds(case, method, own, found):
-    """Whether an integrator does what the report promises of it."""
+    """Whether an integrator keeps the report's promises."""
     error, peer = plots.worst(own[1e-3]), plots.worst(found["MuJoCo"][1e-3])
     if error is None:
         return False
@@ -140,7 +141,7 @@ def holds(case, method, own, found):
 
 
 def slope(by_step):
-    """How the error goes with the time step, from the finest to 1 ms: 1 is first order."""
+    """Returns the growth of the error with the time step, from the finest to 1 ms: 1 is first order."""
     fine, coarse = min(by_step), 1e-3
     errors = [plots.worst(by_step[h]) for h in (fine, coarse)]
     if None in errors or min(errors) <= 0.0:

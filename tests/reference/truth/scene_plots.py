@@ -1,4 +1,5 @@
-"""A picture of each scene with contact: what matters in it over time, and some instants of simd's run from the side."""
+"""A picture of each scene with contact: its main quantities over time, and some instants of simd's run from
+the side."""
 
 import re
 
@@ -61,7 +62,7 @@ def overlap(views):
 
 
 def slip(views):
-    """Of the cube in the hand, mm, as long as it is held: the cube's height and the rail's."""
+    """Returns the slip of the cube in the hand, mm, while it is held: the cube's height against the rail's."""
     return np.array([1e3 * (view.roots[0, 2] - view.joints[0]) - 30 if view.time < 14 else np.nan for view in views])
 
 
@@ -71,7 +72,7 @@ def sideways(views):
 
 
 def swing_energy(views):
-    """Of the rod about its end, J, zero where it hangs still."""
+    """Returns the energy of the rod about its end, J; zero if it hangs still."""
     q = joint(0)(views)
     velocity = np.gradient(q, times(views))
     return 0.5 / 3 * velocity**2 + G / 2 * (1 - np.cos(q))

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Scenes with contact, simd beside rapier, MuJoCo and PyBullet: started by `make scenes`.
 
-Runs the scenes of tests/reference/scenes.py, terrain_scenes.py, solver_scenes.py, constraint_scenes.py and motion_scenes.py, and writes a picture of each and a
-table, scenes.md, into target/scenes; there also what feet carry in those of resting_scenes.py.
+Runs the scenes of tests/reference/scenes.py, terrain_scenes.py, solver_scenes.py, constraint_scenes.py and
+motion_scenes.py. Writes a picture of each and a table, scenes.md, into target/scenes. The table also has
+the loads on feet in the scenes of resting_scenes.py.
 """
 
 import argparse
@@ -68,7 +69,7 @@ def main():
 
 
 def beside_mujoco(chosen, folder):
-    """The scenes that tests/physics/scenes.rs holds simd to."""
+    """The scenes to which tests/physics/scenes.rs holds simd."""
     every = [round((LOOK_AT_MANY if len(scene.free()) > 100 else LOOK) / scene.time_step) for scene in chosen]
     requests = [{"scene": scene.request(), "every": n} for scene, n in zip(chosen, every)]
     answers = in_simd.ask(REPOSITORY, folder, requests)
@@ -93,7 +94,7 @@ def beside_mujoco(chosen, folder):
 
 
 def beside_all(only, folder):
-    """The scenes that have something to show."""
+    """The scenes with checks."""
     out = ""
     for title, text, scenes in shown_scenes.chosen(only):
         out += shown_scenes.above(title, text)
@@ -116,7 +117,7 @@ def beside_all(only, folder):
 
 
 def at_rest(only, folder):
-    """What each foot of a robot that stands carries, and all of them together."""
+    """Returns the load on each foot of a standing robot, and on all of them together."""
     out = ""
     for standing in resting_scenes.shown():
         scene = standing.scene
@@ -141,7 +142,7 @@ def at_rest(only, folder):
 
 
 def view(scene, seen):
-    # What is no number comes as None.
+    # NaN arrives as None.
     roots = np.array(seen["roots"], dtype=float).reshape(-1, 13)
     joints = np.array(seen["joints"], dtype=float)
     deepest = np.inf if seen["deepest"] is None else seen["deepest"]

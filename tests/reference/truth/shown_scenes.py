@@ -1,4 +1,4 @@
-"""The scenes that have something to show: run in simd and its peers, judged, and drawn as a camera sees them."""
+"""Scenes with checks: run in simd and its peers, judged, and drawn as by a camera."""
 
 import re
 from importlib.metadata import version
@@ -42,7 +42,7 @@ PARTS = [
 
 
 def chosen(only):
-    """Title, text and scenes of each part, of scenes whose name or part has this in it."""
+    """Title, text and scenes of each part, for scenes whose name or part contains this."""
     for title, shown, text in PARTS:
         scenes = [each for each in shown() if only in title or only in each.scene.name]
         if scenes:
@@ -59,7 +59,7 @@ def requests(shown, integrators, in_rapier=False):
 
 
 def peers(shown):
-    """Views of each peer that can do it, by name."""
+    """Returns views of each peer that supports it, by name."""
     runs = {}
     if "MuJoCo" in shown.peers:
         for setting in shown.scene.settings():
@@ -74,7 +74,7 @@ def above(title, text):
 
 
 def lines(shown, runs):
-    """A line for each figure of each run."""
+    """Returns a line for each figure of each run."""
     out, name = "", shown.scene.name
     for engine, views in runs.items():
         for check in shown.checks:
@@ -89,7 +89,8 @@ def lines(shown, runs):
 
 
 def draw(shown, runs, folder):
-    """Name and title of the picture: three figures over time, simd at some instants, and the end of each run."""
+    """Returns name and title of the picture: three figures over time, simd at some instants, and the end of
+    each run."""
     instants = shown.instants or (0.0, shown.scene.seconds)
     columns = max(len(instants), len(runs), 3)
     figure, grid = plt.subplots(3, columns, figsize=(4 * columns, 10), layout="constrained")
@@ -123,7 +124,7 @@ def draw(shown, runs, folder):
 
 
 def panels(shown):
-    """Label, values of a run, and scale of what is drawn over time."""
+    """Label, values of a run, and scale of the quantity drawn over time."""
     overlap = ("largest overlap, mm", scene_plots.overlap, "log")
     if shown.scene.free():
         count = len(shown.scene.free())

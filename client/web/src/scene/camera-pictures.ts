@@ -10,7 +10,9 @@ const COLOR = 0xe11d48;
 /** From the camera to its picture, metres, where it sees as far. */
 const AWAY = 0.4;
 
-/** The corners of a picture in the sensor's frame, which has x forwards, y to the left and z up: upper left, upper right, lower right, lower left. */
+/**
+ * The corners of a picture in the sensor's frame: upper left, upper right, lower right, lower left. The frame has x forwards, y to the left and z up.
+ */
 export function cornersOf({ width, height, fieldOfView, near, far }: Lens): [number, number, number][] {
   const x = Math.min(Math.max(AWAY, near), far);
   const y = x * Math.tan(fieldOfView / 2);

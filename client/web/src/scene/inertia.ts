@@ -5,8 +5,8 @@ import { Matrix4, Vector3 } from "three";
 const SWEEPS = 12;
 
 /**
- * Returns the principal moments of a symmetric matrix xx xy xz yy yz zz, and its axes as the columns of a rotation (Jacobi's method: Golub and Van
- * Loan, 8.5).
+ * Returns the principal moments of a symmetric matrix xx xy xz yy yz zz, and its axes as the columns of a rotation. Jacobi's method: Golub and Van
+ * Loan, 8.5.
  */
 export function principal([xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0]: readonly number[]): { moments: [number, number, number]; axes: number[][] } {
   const m = [

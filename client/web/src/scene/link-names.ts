@@ -1,5 +1,5 @@
-// Labels beside links: names of the robot in the panel with the holders of its claims, the name of the link under the pointer, and the
-// latest measurements.
+// Labels beside links: names of the panel's robot with the holders of its claims, the link under the pointer, and the latest
+// measurements.
 import { Vector3 } from "three";
 import { shownRobot } from "../panels/shown-robot";
 import { words } from "../panels/sensor-words";
