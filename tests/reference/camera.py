@@ -36,7 +36,7 @@ import simd_client.pybullet as simd
 REPOSITORY = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT = 640, 480
 NEAR, FAR = 0.2, 6.0
-"""Metres."""
+"""Depths of the near and the far plane, metres."""
 ROBOTS = {
     "kuka": ("kuka_iiwa/model.urdf", [0.0, 0.0, 0.6], 1.4),
     "panda": ("franka_panda/panda.urdf", [0.0, 0.0, 0.5], 1.3),
@@ -45,13 +45,14 @@ ROBOTS = {
     "racecar": ("racecar/racecar.urdf", [0.1, 0.0, 0.05], 0.6),
     "r2d2": ("r2d2.urdf", [0.0, 0.0, 0.0], 1.5),
 }
-"""The file, what is looked at, and from how far away, metres."""
+"""The file, the camera's target, and its distance, metres."""
 STEP = 0.02
-"""Metres: neighbours whose depths differ by more have an edge between them."""
+"""Minimum difference of depth, metres, at which an edge lies between neighbours."""
 BEND = 0.002
-"""Metres: where the depth of a pixel is farther from the mean of two opposite neighbours, a surface ends or bends there."""
+"""Minimum distance, metres, between a pixel's depth and the mean of two opposite neighbours, at which a
+surface ends or bends."""
 FRAMES = 40
-"""That are timed."""
+"""Number of timed pictures."""
 
 
 def main() -> None:

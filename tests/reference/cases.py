@@ -9,32 +9,33 @@ from dataclasses import asdict, dataclass, field
 import robots
 
 TIME_STEPS = [1e-4, 2.5e-4, 1e-3, 4e-3]
-"""Seconds. Every instant that is looked at is a multiple of all of them."""
+"""Seconds. Every instant of a view is a multiple of all of them."""
 
 ROOT_VELOCITY = [0.1, -0.2, 0.3, 0.5, -0.4, 0.6]
-"""Of a free root at the start: linear in world axes, angular in its own, which start as the world's."""
+"""Initial velocity of a free root: linear in world axes, angular in the root's axes, which start as the
+world's."""
 
 
 @dataclass
 class Case:
     name: str
     subject: str
-    """smooth: passive and smooth, where Euler's error is held against MuJoCo's; kinked: what
-    MuJoCo's model softens by design; driven: by actuators."""
+    """smooth: passive and smooth, where Euler's error is held to MuJoCo's; kinked: MuJoCo's model softens it
+    by design; driven: by actuators."""
     urdf: str
     positions: dict
     velocities: dict
     seconds: float = 0.48
     root_velocity: list = field(default_factory=list)
-    """Empty where the root is fixed."""
+    """Empty for a fixed root."""
     damping: float = 0.0
     friction: float = 0.0
     armature: float = 0.0
     effort: float | None = None
     limits: dict = field(default_factory=dict)
-    """Joint to lower and upper."""
+    """Lower and upper limit by joint."""
     mimic: dict = field(default_factory=dict)
-    """Follower to leader, multiplier and offset."""
+    """Leader, multiplier and offset by follower."""
     drive: dict = field(default_factory=dict)
     """kind: position, velocity or effort; targets by joint; stiffness; damping."""
 

@@ -13,7 +13,7 @@ import robots
 
 GRAVITY = [0.0, 0.0, -9.81]
 SMALL = 1e-13
-"""Where bisection for a change ends, seconds."""
+"""Tolerance of the bisection for a change, seconds."""
 
 
 class Robot:

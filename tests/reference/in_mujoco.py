@@ -6,7 +6,7 @@ import numpy as np
 import robots
 
 mujoco.set_mju_user_warning(lambda text: None)
-"""Instability shows in the error; by default MuJoCo writes a log file where it was started."""
+"""Instability shows in the error. By default MuJoCo writes a log file into the current folder."""
 
 
 def model(case):

@@ -18,9 +18,9 @@ from scenes import scenes
 
 HERE = Path(__file__).resolve().parent
 LOOK = 0.01
-"""Seconds from view to view."""
+"""Seconds between views."""
 MANY = 20
-"""More bodies than these are described by what they are together."""
+"""Scenes with more bodies are described by figures of all bodies together."""
 
 
 def main():

@@ -19,9 +19,9 @@ from cases import TIME_STEPS, cases
 
 HERE = Path(__file__).resolve().parent
 LOOKS = 4
-"""Instants of a case."""
+"""Number of instants of a case."""
 UNSTABLE = 10.0
-"""What is further off than this, rad or m, has left the case. MuJoCo resets what goes to infinity."""
+"""Error, rad or m, from which a run counts as diverged. MuJoCo resets values that become infinite."""
 
 
 def main():

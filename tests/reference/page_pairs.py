@@ -31,12 +31,12 @@ OUT = REPOSITORY / "target" / "pairs"
 ASSETS = REPOSITORY / "tests" / "assets"
 PYBULLET = Path(pybullet_data.getDataPath())
 ROBOTS = Path(pybullet.__file__).resolve().parent / "cmeel.prefix/share/example-robot-data/robots"
-"""Of the package example-robot-data."""
+"""Robots of the package example-robot-data."""
 WIDTH, HEIGHT = 640, 480
 FIELD = 38.0
-"""Degrees, upright: that of the page."""
+"""Vertical field of view in degrees, as in the page."""
 SUN = [1.2, 0.5, 2.4]
-"""Towards the page's light."""
+"""Direction towards the page's light."""
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Pair:
     around: float = 50.0
     above: float = 22.0
     root: Path = PYBULLET
-    """Below it the daemon may read."""
+    """Folder that the daemon may read."""
     joints: dict[str, float] = field(default_factory=dict)
 
     def position(self) -> list[float]:

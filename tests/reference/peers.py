@@ -31,19 +31,20 @@ from worker import Worker  # noqa: E402
 
 ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
 BATCH = 0.004
-"""Seconds that a batch of steps takes, about: less than most schedulers' slice."""
+"""Approximate duration of a batch of steps, seconds: less than most schedulers' slice."""
 CROWD_BATCH = 0.02
-"""Of many robots: their memory is large, and threads have to be woken, both of which is over in a small part of it."""
+"""Duration of a batch of many robots: their memory is large and threads must wake up, but both end in a small
+part of it."""
 EULER = "simd, euler"
-"""simd by the integrator that equals MuJoCo's Euler; of the robots."""
+"""simd with the integrator that equals MuJoCo's Euler, for the robots."""
 CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
-"""Of the scenes with contact, all awake."""
+"""Engines of the scenes with contact, all awake."""
 THREADS = {"simd": "simd, 2 threads", "MuJoCo": "MuJoCo, 2 threads"}
-"""Of many robots."""
+"""Engines with two threads, for many robots."""
 BESIDE = "simd, two worlds"
-"""Of many robots: on one thread, while another process does the same on another processor."""
+"""Engine for many robots: on one thread, while another process does the same on another processor."""
 ASLEEP = {"simd": "simd, may sleep", "MuJoCo": "MuJoCo, may sleep"}
-"""Of the stack, where what is still may sleep."""
+"""Engines of the stack in which still bodies may sleep."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
 """Joints of the chains."""
 

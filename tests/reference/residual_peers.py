@@ -39,12 +39,12 @@ from scenes import GROUND, Scene, Thing  # noqa: E402
 from solver_scenes import tower  # noqa: E402
 
 SECONDS = 3.0
-"""Of the towers."""
+"""Simulated time of the towers, s."""
 LEAST = 1e-18
-"""What is smaller has no place on a logarithmic axis, m/s."""
+"""Minimum of the logarithmic axis, m/s."""
 NEWTON = "MuJoCo's Newton"
 NAMES = {"Sweeps": "simd, Gauss-Seidel alone", "Automatic": "simd", "Direct": "simd, direct whatever it costs"}
-"""Of the ways of simd's `SolverChoice`."""
+"""Names of simd's `SolverChoice`."""
 STYLES = {
     NAMES["Sweeps"]: {"color": "#2f9e44", "lw": 1.2},
     NEWTON: {"color": "#1971c2", "lw": 1.2},

@@ -10,7 +10,8 @@ from scenes import GROUND, Robot, Scene, a1, stance
 class Standing:
     scene: Scene
     feet: dict
-    """By name, the links of a foot: of two that are fixed to each other, simulators differ in which one they say touches."""
+    """Links of a foot by name. If two links are fixed to each other, simulators differ in the link that they
+    report as touching."""
 
     def forces(self, view):
         """Returns the load on each foot, N."""

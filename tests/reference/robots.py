@@ -8,7 +8,7 @@ import pybullet_data
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 OTHERS = "pybullet_data/"
-"""Robots that others made, from the PyPI package `pybullet`."""
+"""Folder of third-party robots, from the PyPI package `pybullet`."""
 
 FAR = "1e5"
 """A limit of slides that is never reached, m."""

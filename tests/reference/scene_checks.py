@@ -11,9 +11,9 @@ from scenes import Scene
 @dataclass
 class Check:
     says: str
-    """A sentence with a place for the figure."""
+    """A sentence with a placeholder for the figure."""
     figure: Callable
-    """Of all views."""
+    """Function that computes the figure from all views."""
     most: float
 
 
@@ -24,16 +24,16 @@ class Shown:
     scene: Scene
     checks: list
     peers: tuple
-    """Who else runs it: MuJoCo, PyBullet."""
+    """Peers that run it: MuJoCo, PyBullet."""
     without: str = ""
-    """Why another one does not."""
+    """Reason why another peer does not."""
     eye: list = field(default_factory=lambda: [2.0, -3.0, 1.5])
     at: list = field(default_factory=lambda: [0.0, 0.0, 0.3])
     follows: bool = False
-    """Eye and what it looks at are relative to the first free body."""
+    """Whether the eye and its target are relative to the first free body."""
     instants: tuple = ()
     look: float = 0.01
-    """Seconds from view to view."""
+    """Seconds between views."""
 
 
 def inside(views, start, end=1e9):

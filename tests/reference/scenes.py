@@ -11,7 +11,7 @@ from math import acos, atan2, cos, hypot, pi, sin
 from robots import OTHERS
 
 OWN = "../reference/robots/"
-"""Robots of this folder, from that of the test robots."""
+"""This folder of robots, relative to the folder of test robots."""
 
 
 @dataclass
@@ -22,32 +22,34 @@ class Thing:
     shape: str
     """box, sphere, cylinder about z, plane whose normal is z, mesh or heights."""
     size: list
-    """Edges of a box; radius of a sphere, or radius and length of a cylinder; edges of what lies under heights, m."""
+    """Edges of a box; radius of a sphere, or radius and length of a cylinder; edges of the area below
+    heights, m."""
     at: list
     """Its centre, m."""
     mass: float = 0.0
     friction: float = 1.0
-    """Of two that touch the smaller holds."""
+    """Friction; between two bodies the smaller value counts."""
     restitution: float = 0.0
     linear: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """How it is thrown, m/s."""
+    """Initial linear velocity, m/s."""
     grid: list = field(default_factory=lambda: [1, 1, 1])
-    """How many along x, y and z."""
+    """Numbers along x, y and z."""
     pitch: float = 0.0
-    """From one to the next, m."""
+    """Distance from one to the next, m."""
     shift: list = field(default_factory=lambda: [0.0, 0.0])
     """Layer k is moved along x and y by k modulo 3 of these, so that no tower stands, m."""
     turn: list = field(default_factory=lambda: [0.0, 0.0, 0.0, 1.0])
     """x y z w."""
     angular: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """How it spins at first, along the world's axes, rad/s."""
+    """Initial angular velocity in world axes, rad/s."""
     moment: list = field(default_factory=list)
-    """Principal moments of a mesh with a mass, about its own axes, kg m^2."""
+    """Principal moments of a mesh with a mass, about its axes, kg m^2."""
     vertices: list = field(default_factory=list)
-    """Corners of a mesh: what moves is their hull, what is fixed the triangles, m."""
+    """Corners of a mesh, m: a moving body uses their hull, a fixed one the triangles."""
     triangles: list = field(default_factory=list)
     rows: list = field(default_factory=list)
-    """Heights, from the largest y to the smallest, each row along x. Beside a mesh: the same for who has no meshes, m."""
+    """Heights, from the largest y to the smallest, each row along x. Beside a mesh they are the same ground
+    for simulators without meshes, m."""
 
     def places(self):
         """Name and centre of each, x first."""
@@ -64,36 +66,37 @@ class Thing:
 class Robot:
     name: str
     urdf: str
-    """As `robots.read` takes it; or an SDF, whose models stand still."""
+    """URDF that `robots.read` takes; or an SDF, whose models stand still."""
     at: list
-    """Of its root link, m."""
+    """Position of its root link, m."""
     fixed: bool
     turn: list = field(default_factory=lambda: [0.0, 0.0, 0.0, 1.0])
     """x y z w."""
     friction: float = 1.0
     restitution: float = 0.0
     joints: dict = field(default_factory=dict)
-    """By name, each that moves: where it starts, rad or m."""
+    """Initial position by name of each moving joint, rad or m."""
     gains: dict = field(default_factory=dict)
-    """By joint: N m/rad and N m s/rad, or N/m and N s/m. Without any, nothing drives it."""
+    """Gains by joint: N m/rad and N m s/rad, or N/m and N s/m. A joint without gains is not driven."""
     effort: dict = field(default_factory=dict)
-    """The most that the actuator of a joint may do, N m or N."""
+    """Maximum effort of a joint's actuator, N m or N."""
     path: dict = field(default_factory=dict)
-    """By joint: seconds and target, in turn; between them along straight lines."""
+    """Seconds and target in turn, by joint; linear in between."""
     cycle: list = field(default_factory=list)
-    """Targets of all joints at equal intervals of a period, in the order of `joints`; along straight lines."""
+    """Targets of all joints at equal intervals of a period, in the order of `joints`; linear in between."""
     period: float = 0.0
-    """Of the cycle, s."""
+    """Period of the cycle, s."""
     begin: float = 0.0
-    """When the cycle begins, s."""
+    """Start of the cycle, s."""
     velocities: dict = field(default_factory=dict)
-    """By joint: how it moves at first, rad/s or m/s."""
+    """Initial velocity by joint, rad/s or m/s."""
     linear: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """How a free one is thrown, m/s."""
+    """Initial linear velocity of a free robot, m/s."""
     angular: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """How a free one spins at first, along the world's axes, rad/s."""
+    """Initial angular velocity of a free robot in world axes, rad/s."""
     speeds: dict = field(default_factory=dict)
-    """By joint that is driven at a velocity: N m s/rad, and seconds and velocity in turn; between them straight lines."""
+    """By joint that is driven at a velocity: N m s/rad, and seconds and velocity in turn; linear in
+    between."""
 
 
 @dataclass
@@ -103,17 +106,17 @@ class Constraint:
     kind: str
     """weld, point, rod, rope (a rod that may be shorter) or gear."""
     parent: list
-    """Thing or robot and its link, or of a gear robot and joint; two empty strings are the world."""
+    """Thing, or robot and link; for a gear, robot and joint; two empty strings stand for the world."""
     child: list
     parent_at: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """In the axes of its link, m."""
+    """Anchor in the axes of its link, m."""
     child_at: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
     length: float = 0.0
-    """Of a rod or a rope, m."""
+    """Length of a rod or a rope, m."""
     ratio: float = 0.0
-    """Of a gear: child = ratio * parent."""
+    """Ratio of a gear: child = ratio * parent."""
     max_force: float = 0.0
-    """It lets go above this, N; 0 never."""
+    """Force at which it breaks, N; 0 never."""
 
 
 @dataclass
@@ -121,15 +124,15 @@ class Scene:
     name: str
     seconds: float
     window: list
-    """Between these seconds it should be at rest, or what is counted is counted."""
+    """Period, seconds, in which it should be at rest, or in which figures are taken."""
     things: list = field(default_factory=list)
     robots: list = field(default_factory=list)
     time_step: float = 1e-3
     watch: list = field(default_factory=list)
-    """Robot and link whose normal forces are summed; all links where it is empty."""
+    """Robot and link whose normal forces are summed; all links if the link is empty."""
     constraints: list = field(default_factory=list)
     gravity: float = 9.81
-    """Downwards, m/s^2."""
+    """Gravity downwards, m/s^2."""
 
     def request(self):
         """Returns the form that simd reads."""
@@ -154,13 +157,13 @@ GROUND = Thing("ground", "plane", [], [0.0, 0.0, 0.0])
 LEGS = ("FR", "FL", "RR", "RL")
 PARTS = ("hip", "upper", "lower")
 A1_EFFORT = dict(zip(PARTS, (20.0, 55.0, 55.0)))
-"""N m, as its file says."""
+"""Effort limits from its file, N m."""
 SEGMENT = 0.2
 """Length of an A1's upper and lower leg, m."""
 FOOT = 0.02
 """Radius of its foot, m."""
 HEIGHT = 0.28
-"""Of its hips above the ground as it walks, m."""
+"""Height of its hips above the ground as it walks, m."""
 
 
 def leg(x, z):
@@ -203,7 +206,7 @@ def trot(speed, start, period=0.4, duty=0.6, lift=0.05, samples=40):
 
 
 WALKS = [(0.1, 0.0), (0.2, 0.0), (0.2, 0.25), (0.2, 0.5), (0.2, 0.75), (0.3, 0.0), (0.4, 0.0), (-0.2, 0.0)]
-"""Speed in m/s, and where in the cycle it begins."""
+"""Speed in m/s, and initial phase in the cycle."""
 
 
 def walk(speed, start):

@@ -24,15 +24,15 @@ class View:
 
     time: float
     roots: np.ndarray
-    """Of each that can move as a whole: place, quaternion x y z w, linear and angular velocity."""
+    """Position, quaternion x y z w, linear and angular velocity of each body that can move as a whole."""
     joints: np.ndarray
-    """Of all robots."""
+    """Positions of all robots' joints."""
     deepest: float
     """The largest overlap since the last view, m."""
     forces: list
-    """Sums of normal forces, as the scene's `watch`, N."""
+    """Sums of normal forces for the scene's `watch`, N."""
     error: float = 0.0
-    """The largest distance between what constraints hold together, m."""
+    """Largest distance between the ends of constraints, m."""
 
 
 def model(scene, setting):

@@ -23,7 +23,7 @@ from scenes_in_mujoco import View, interpolated, target
 
 FAST = 1e9
 UNLIMITED = 1e5
-"""N m."""
+"""Effort without a limit, N m."""
 
 
 class World:
@@ -166,7 +166,7 @@ class World:
         return [*place, *turn, *(part for velocity in p.getBaseVelocity(body) for part in velocity)]
 
     def put(self, view):
-        """Adds a complete view."""
+        """Moves everything to a view's state."""
         for body, root in zip(self.free, view.roots):
             local = p.getDynamicsInfo(body, -1)
             p.resetBasePositionAndOrientation(body, *p.multiplyTransforms(root[:3], root[3:7], local[3], local[4]))
@@ -216,7 +216,7 @@ def shapes(thing):
 
 HULL = np.array([[0, 1, 3], [0, 3, 2], [4, 7, 5], [4, 6, 7], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
                  [1, 5, 7], [1, 7, 3]])
-"""Faces of a wedge, whose corners come as `scene_shapes.wedge` has them; only to be seen."""
+"""Faces of a wedge, whose corners are in the order of `scene_shapes.wedge`; visual only."""
 
 
 def mesh_of_rows(thing):

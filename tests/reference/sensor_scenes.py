@@ -11,14 +11,14 @@ class Scene:
     name: str
     mjcf: str
     steps: tuple[int, ...]
-    """After each of these the sensors are read."""
+    """Steps after which the sensors are read."""
     time_step: float = 1e-3
     joints: tuple[tuple[str, str, float, float], ...] = ()
-    """Robot, joint, position and velocity at the start."""
+    """Robot, joint, initial position and velocity."""
     twists: tuple[tuple[str, tuple[float, ...], tuple[float, ...]], ...] = ()
-    """Robot, and linear and angular velocity of its root, which is not turned, at the start."""
+    """Robot, and initial linear and angular velocity of its root, which is not turned."""
     rests: bool = False
-    """Something touches: how it gets there differs, and only what it comes to is compared."""
+    """Whether bodies touch: only the final state is compared, since the ways to it differ."""
 
 
 ARM = """<mujoco model="arm"><compiler angle="radian"/><option timestep="0.001"/><worldbody>
@@ -87,7 +87,7 @@ LOOKER = """<mujoco model="looker"><compiler angle="radian"/><option timestep="0
 <rangefinder name="range_aside" site="aside" cutoff="20"/><rangefinder name="range_down" site="down" cutoff="20"/>
 <rangefinder name="range_up" site="up" cutoff="20"/><gyro name="pan_gyro" site="up"/>
 </sensor></mujoco>"""
-"""Rays that a turning head sends out: a ball, a turned box, a cylinder, a capsule, the floor, and nothing."""
+"""Rays of a turning head: a ball, a turned box, a cylinder, a capsule, the floor, and nothing."""
 
 STANDING = """<mujoco model="standing"><compiler angle="radian"/><option timestep="0.001"/><worldbody>
 <geom name="floor" type="plane" size="5 5 1"/>
@@ -100,7 +100,8 @@ STANDING = """<mujoco model="standing"><compiler angle="radian"/><option timeste
 <accelerometer name="crate_imu" site="crate_unit"/><gyro name="crate_gyro" site="crate_unit"/>
 <force name="lid_force" site="lid_site"/><torque name="lid_torque" site="lid_site"/>
 </sensor></mujoco>"""
-"""A box that rests on the floor, with a lid that is welded to it, above its middle: MuJoCo's floor is soft, and would let it lean."""
+"""A box that rests on the floor, with a lid welded to it above its middle: MuJoCo's floor is soft, and would
+let it lean."""
 
 SCENES = (
     Scene(

@@ -62,7 +62,7 @@ def a1_over_hills():
 
 
 STEP, TREAD, STEPS = 0.08, 0.35, 4
-"""Height and depth of a step, m, and how many there are."""
+"""Height and depth of a step, m, and the number of steps."""
 
 
 def climb(speed, period=0.4, duty=0.6, lift=0.09, begin=1.0, seconds=16.0, start=-0.6):
@@ -99,7 +99,7 @@ def climb(speed, period=0.4, duty=0.6, lift=0.09, begin=1.0, seconds=16.0, start
 
 
 EDGES = (0.05, 0.07)
-"""How far from the riser behind it and the edge before it a foot is put down, m."""
+"""Distance of a foot from the riser behind it and the edge before it, m."""
 
 
 def tread(x):
@@ -139,7 +139,7 @@ def a1_up_stairs():
 
 WHEELS = [f"{end}_{side}_wheel" for end in ("front", "rear") for side in ("left", "right")]
 LONG, WIDE = 8.0, 6.0
-"""Of the room inside, m."""
+"""Inner size of the room, m."""
 
 
 def husky_in_a_room():

@@ -11,7 +11,7 @@ import in_mujoco
 from scenes import FRICTION
 
 ROBOT, REST = (1, 2), (2, 3)
-"""contype and conaffinity: a robot's links touch anything but each other, as in simd and PyBullet."""
+"""contype and conaffinity: a robot's links touch everything but each other, as in simd and PyBullet."""
 
 
 def model(scene):

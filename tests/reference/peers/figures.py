@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 BASE = "MuJoCo"
-"""What ratios are to."""
+"""Engine to which ratios refer."""
 
 
 def spread(values):

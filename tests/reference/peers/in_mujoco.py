@@ -7,7 +7,7 @@ import mujoco
 
 TIME_STEP = 1e-3
 SOFTER = 6
-"""What the bandwidth of the gains is divided by where the damper is explicit: simd's gains would not be stable."""
+"""Divisor of the gains' bandwidth if the damper is explicit: simd's gains would not be stable."""
 
 
 class Settings(Enum):

@@ -11,7 +11,7 @@ from scenes import ContactScene, heap
 
 COUNT = 10_000
 REACH = 100.0
-"""Metres: as far as each ray goes."""
+"""Maximum range of each ray, metres."""
 
 
 def scenes():

@@ -16,9 +16,9 @@ class Scene:
 
     name: str
     urdf: Path
-    """As simd reads it."""
+    """The URDF that simd reads."""
     bare: Path
-    """The same without shapes: nothing collides, and no mesh is read."""
+    """The URDF without shapes: nothing collides, and no mesh is read."""
     free: bool = False
     copies: int = 1
 

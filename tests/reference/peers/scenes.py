@@ -15,14 +15,14 @@ import numpy as np
 from robots import ASSETS, PYBULLET
 
 FRICTION = 0.8
-"""Between any two things. Restitution is zero."""
+"""Friction between any two things. Restitution is zero."""
 
 
 OTHERS = "cmeel.prefix/share/example-robot-data/robots"
-"""Below a folder of Python's packages."""
+"""Folder of the robots, below a folder of Python's packages."""
 
 SETTLED = 3.0
-"""Seconds after which what stands hardly moves, in every simulator."""
+"""Seconds after which standing robots hardly move, in every simulator."""
 
 
 @dataclass
@@ -44,26 +44,26 @@ class ContactScene:
 
     name: str
     settle: float
-    """Seconds until it lies or stands still: what is timed comes after. A heap still settles: to wait for its rest takes
-    minutes in each simulator."""
+    """Seconds until it lies or stands still: timing starts then. A heap still settles: waiting for its rest
+    takes minutes in each simulator."""
     drift: float
-    """How far anything may be from where it started, or where it is a heap, from where it lay, m: else it has fallen,
-    and the figure is not one of standing."""
+    """Maximum distance of any body from its start, or in a heap, from its place at rest. Beyond it the body
+    has fallen, and the figure does not count as standing."""
     urdf: Path | None = None
     shaped: Path | None = None
     """The robot without visual shapes."""
     pose: dict = field(default_factory=dict)
-    """Joint to angle; zero for the others."""
+    """Angle by joint; zero for the others."""
     height: float = 0.0
-    """Of the root link, so that the lowest shape touches the ground."""
+    """Height of the root link at which the lowest shape touches the ground."""
     things: list = field(default_factory=list)
     copies: int = 1
-    """Robots, with 3 m between them."""
+    """Number of robots, with 3 m between them."""
     heap: bool = False
-    """Many things on each other. MuJoCo solves it by its conjugate gradients: its default, Newton's method, takes up to
-    0.8 s a step while the spheres fall, some ten times as long."""
+    """Whether it is a heap of many things. MuJoCo solves it by conjugate gradients. Its default, Newton's
+    method, takes up to 0.8 s a step while the spheres fall, some ten times as long."""
     joints: list = field(default_factory=list)
-    """What simd's worker says that each joint holds, and how."""
+    """Targets of the joints, and how they are held, as simd's worker reports them."""
 
     def request(self):
         """Returns the scene in the form that the worker reads."""

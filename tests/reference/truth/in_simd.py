@@ -60,7 +60,7 @@ WIDE = {
     "MESH_PAIRS": ("links_push_each_other_where_their_meshes_meet", 400),
     "SPINNING_BODIES": ("free_bodies_keep_energy", 2000),
 }
-"""The variable that says how many seeds a property test has, the test, and ten times as many as it has in the suite."""
+"""The variable with the number of seeds of a property test, the test, and ten times the suite's number."""
 
 
 def properties(repository):

@@ -18,9 +18,9 @@ STYLES = {
     "simd": {"color": "#d9480f", "lw": 1.6, "marker": "D", "ms": 5},
 }
 ROUNDING = 1e-11
-"""What is smaller is no error of a method."""
+"""Largest error that can be rounding and not the method's."""
 FLOOR = 1e-14
-"""What is smaller is rounding, and would have no place on a logarithmic axis."""
+"""Minimum of the logarithmic axis; smaller errors are rounding."""
 
 
 def slug(name):

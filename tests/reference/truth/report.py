@@ -27,17 +27,17 @@ import robots  # noqa: E402
 from cases import TIME_STEPS, cases, swings  # noqa: E402
 
 LOOKS = 40
-"""Instants of a case; multiples of every time step."""
+"""Number of instants of a case; multiples of every time step."""
 UNSTABLE = 10.0
-"""What is further off than this, rad or m, has left the case."""
+"""Error, rad or m, from which a run counts as diverged."""
 ALLOWED = {"Euler": 1.05, "Leapfrog": 0.05}
-"""simd's error by MuJoCo's Euler's at the most, where the case is passive and smooth."""
+"""Maximum ratio of simd's error to MuJoCo Euler's in passive and smooth cases."""
 NO_WORSE = 1.02
-"""Leapfrog's error by Euler's at the most, in any case."""
+"""Maximum ratio of leapfrog's error to Euler's, in any case."""
 ORDERS = {"Euler": (1 / 1.3, 1.3), "Leapfrog": (1.8, 2.2)}
-"""Slopes of the error where a method is right; leapfrog's where the case is passive and smooth."""
+"""Slopes of a correct method's error; leapfrog's in passive and smooth cases."""
 UNRESOLVED = 1e-9
-"""The reference knows a case no better than this, and a slope of less is none."""
+"""Accuracy of the reference; smaller errors give no slope."""
 
 
 def main():

@@ -19,7 +19,7 @@ STYLES = {
     "simd, leapfrog": {"color": "#862e9c", "lw": 1.5, "ls": ":"},
 }
 LEAST = 1e-8
-"""What overlaps by less has no place on a logarithmic axis, m."""
+"""Minimum overlap on the logarithmic axis, m."""
 
 G = 9.81
 

@@ -26,9 +26,9 @@ import shown_scenes  # noqa: E402
 from scenes import scenes  # noqa: E402
 
 LOOK = 0.004
-"""Seconds from view to view."""
+"""Seconds between views."""
 LOOK_AT_MANY = 0.02
-"""The same where there are many bodies."""
+"""Seconds between views with many bodies."""
 
 ABOVE = """\
 # Scenes with contact

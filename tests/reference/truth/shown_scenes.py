@@ -17,7 +17,7 @@ import solver_scenes
 import terrain_scenes
 
 SIZE = (480, 360)
-"""Of a picture, pixels."""
+"""Size of a picture, pixels."""
 
 ABOVE = """
 ## {title}
@@ -30,7 +30,7 @@ of their solvers are those that each has by default, and `stiff` is MuJoCo as ri
 """
 
 INTEGRATORS = ["Euler", "Leapfrog"]
-"""Those that a world can have."""
+"""Integrators that a world can have."""
 
 PARTS = [
     ("Terrain", terrain_scenes.shown,
