@@ -1,4 +1,4 @@
-// One question before what concerns other clients too. It names them.
+// A question before changes that concern other clients too. It names them.
 import type { JSX } from "preact";
 import { Sheet } from "../panels/Sheet";
 import { othersHere, tool } from "../state/tools";

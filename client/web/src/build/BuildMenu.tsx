@@ -55,7 +55,7 @@ interface ItemProperties {
   text: string;
   testId: string;
   disabled?: boolean;
-  /** Why it is forbidden; empty if it is not. */
+  /** Reason why it is forbidden; empty if it is not. */
   whyNot?: string;
   run: () => void;
 }

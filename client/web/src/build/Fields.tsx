@@ -19,7 +19,7 @@ interface NumberProperties {
 
 const UNITS = { length: { name: "m", scale: 1 }, angle: { name: "deg", scale: Math.PI / 180 }, number: { name: "", scale: 1 } } as const;
 
-/** A number that is typed with any unit, or computed, and nudged by the arrows; angles in degrees where no unit is written. */
+/** A number that is typed with any unit, or computed, and changed in steps by the arrows. Angles without a unit are degrees. */
 export function NumberField({ label, testId, value, kind = "length", whenEntered = false, onChange }: NumberProperties): JSX.Element {
   const unit = UNITS[kind];
   const [typed, setTyped] = useState<string | null>(null);
@@ -38,7 +38,7 @@ export function NumberField({ label, testId, value, kind = "length", whenEntered
     setTyped(null);
     setProblem("");
   };
-  /** Takes what was typed, if anything was; of what cannot be read the text stays. */
+  /** Takes the typed text, if any; text that cannot be read stays. */
   const enter = (): void => {
     if (typed === null) return;
     take(typed);
@@ -57,7 +57,7 @@ export function NumberField({ label, testId, value, kind = "length", whenEntered
     if (whenEntered && event.key === "Enter") {
       enter();
     } else if (whenEntered && event.key === "Escape" && typed !== null) {
-      // The next one closes what the field is in.
+      // Another Escape closes the surrounding sheet.
       event.stopPropagation();
       putBack();
     } else {

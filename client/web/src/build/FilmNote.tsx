@@ -1,4 +1,5 @@
-// Says that a video is being taken, and ends it. The video does not have it: it is of the picture alone.
+// Note that a video is being taken, with the button that ends it. The video shows the picture alone, without
+// this note.
 import type { JSX } from "preact";
 import { Icon } from "../panels/icons";
 import { film } from "../state/film";

@@ -1,9 +1,9 @@
-// The descriptions that were found in what was dropped, to choose from.
+// Choice of the descriptions that were found among dropped files.
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { shownPath, type Description } from "../load/descriptions";
 
-/** Rows that are shown; a filter finds the others. */
+/** Number of rows that are shown; a filter finds the others. */
 const MOST_ROWS = 200;
 
 interface Properties {
@@ -34,7 +34,7 @@ export function LoadChoices({ found, chosen, onChange }: Properties): JSX.Elemen
           value={filter}
           onInput={(event) => setFilter(event.currentTarget.value)}
           onKeyDown={(event) => {
-            // It filters, and loads nothing.
+            // Enter filters, and loads nothing.
             if (event.key === "Enter") event.preventDefault();
           }}
         />

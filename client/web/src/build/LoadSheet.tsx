@@ -25,12 +25,12 @@ const MESHES = [
   ["parts", "convex parts (slow for large meshes)"],
 ] as const;
 
-/** Said where nothing in the drop can be loaded. */
+/** Message if nothing in the drop can be loaded. */
 const NOTHING = "There is no .urdf file in what was dropped, nor a xacro, SDF or MJCF: drop the robot's folder or its zip, or its .urdf with its meshes.";
 
 export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   const [options, setOptions] = useState<LoadOptions>(DEFAULT_OPTIONS);
-  /** Undefined while the files are looked at. */
+  /** Undefined while the files are read. */
   const [found, setFound] = useState<Description[]>();
   const [chosen, choose] = useState<ReadonlySet<string>>(new Set());
   /** Arguments by file. */
@@ -43,7 +43,7 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
       setFound(all);
       choose(new Set(all.slice(0, 1).map(({ path }) => path)));
     });
-    // It is only shown: the daemon is asked again when the robot is loaded.
+    // The description is only shown: the daemon is asked again when the robot is loaded.
     void freePlace().then((place) => !isGone && setFree(place), () => undefined);
     return () => {
       isGone = true;
@@ -109,7 +109,7 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   );
 }
 
-/** The description that there is. */
+/** The only description. */
 function Only({ description, others }: { description: Description | undefined; others: number }): JSX.Element | null {
   if (!description) return null;
   const { path, kind, links } = description;

@@ -56,7 +56,7 @@ export function PlaceCard(): JSX.Element | null {
   );
 }
 
-/** The robot itself, a link that its joints bring elsewhere, or a joint. */
+/** The robot, a link that its joints move, or a joint. */
 function Parts({ robot, wanted }: { robot: Robot; wanted: Placing }): JSX.Element {
   const driven = robot.axes.filter(({ actuated, axis, isBall }) => actuated && axis === 0 && !isBall);
   const links = [...new Set(driven.map(({ childLink }) => childLink))];
@@ -93,12 +93,12 @@ function Parts({ robot, wanted }: { robot: Robot; wanted: Placing }): JSX.Elemen
   );
 }
 
-/** Milliseconds between two calls at least, while an arrow is held. */
+/** Minimum milliseconds between two calls, while an arrow key is held. */
 const INTERVAL = 50;
 const AXES = ["x", "y", "z"] as const;
 const ANGLES = ["roll", "pitch", "yaw"] as const;
 
-/** Where it is, in numbers that can be set: of a link only the place. */
+/** Its pose in numbers that can be set; for a link only the position. */
 function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): JSX.Element | null {
   const pose = poseIn(robot, link);
   const [asked, setAsked] = useState<Pose | null>(null);
@@ -178,7 +178,7 @@ async function place(robot: string, to: Pose): Promise<boolean> {
   }
 }
 
-/** Brings a link there by its joints, as near as they can: where that is, states say. */
+/** Moves a link to a position by its joints, as near as they can; states show the result. */
 async function reach(robot: string, link: string, from: Pose, to: Pose): Promise<false> {
   await new LinkPlacement(robot, link).end(from, to);
   return false;

@@ -1,4 +1,5 @@
-// All robots of the world: found by name, shown and hidden on this page, selected, doubled and removed. Made for hundreds.
+// All robots of the world: found by name, shown and hidden on this page, selected, duplicated and removed. Made for
+// hundreds.
 import { signal, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";

@@ -1,4 +1,4 @@
-// Saved states of the world: each can be put back, saved on this machine and deleted.
+// Saved states of the world: each can be restored, saved on this machine and deleted.
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { messageOf } from "../daemon/error-message";
@@ -27,7 +27,7 @@ export function SavedStatesSheet(): JSX.Element {
       title="Saved states"
       testId="states-sheet"
       onClose={() => {
-        // A question may have taken its place.
+        // A question may have replaced it.
         if (tool.peek()?.kind === "saved-states") tool.value = null;
       }}
     >
@@ -43,7 +43,7 @@ export function SavedStatesSheet(): JSX.Element {
   );
 }
 
-/** Keeps the world as it is, and takes files of this machine. */
+/** Saves the present world, and loads files of this machine. */
 function NewState({ done }: { done: () => void }): JSX.Element {
   const name = useRef<HTMLInputElement>(null);
   const file = useRef<HTMLInputElement>(null);

@@ -8,13 +8,13 @@ const MOST_ARGUMENTS = 60;
 
 interface Properties {
   file: File | undefined;
-  /** Says which file they are of, where several have some. */
+  /** Names the file if several have arguments. */
   name?: string;
   values: Readonly<Record<string, string>>;
   onChange: (values: Record<string, string>) => void;
 }
 
-/** A field for each argument that a xacro file declares; left empty it is the file's default. */
+/** A field for each argument that a xacro file declares; an empty one means the file's default. */
 export function XacroArguments({ file, name: of, values, onChange }: Properties): JSX.Element | null {
   const [declared, setDeclared] = useState<XacroArgument[]>([]);
   useEffect(() => {

@@ -1,11 +1,11 @@
-// The file of a video can be read, also where it could not be completed.
+// The file of a video can be read, even if it could not be completed.
 import { BlobSource, EncodedPacket, EncodedPacketSink, EncodedVideoPacketSource, Input, WEBM } from "mediabunny";
 import { expect, test } from "vitest";
 import { FilmFile } from "./film-file";
 
 const RATE = 30;
 
-/** A file with so many pictures of nothing, each second beginning anew. */
+/** A file with this many empty pictures; each second starts a new cluster. */
 async function written(pictures: number): Promise<FilmFile> {
   const file = new FilmFile();
   const source = new EncodedVideoPacketSource("vp8");

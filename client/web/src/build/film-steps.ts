@@ -1,5 +1,5 @@
-// A video of a paused world by steps: a second of the video is a second of the world, however slow the page is.
-// The browser's `MediaRecorder` stamps pictures with the clock on the wall, so pictures are encoded one by one with the time of the world.
+// A video of a paused world by steps: a second of the video is a second of the world, however slow the page is. The browser's `MediaRecorder` stamps
+// pictures with wall time. So pictures are encoded one by one with the time of the world.
 import type { ReadonlySignal } from "@preact/signals";
 import { CanvasSource, getFirstEncodableVideoCodec, QUALITY_HIGH } from "mediabunny";
 import { stepAndSee } from "../daemon/stepping";
@@ -10,7 +10,7 @@ import { connection, physics, simulation } from "../state/world";
 import { MAX_BYTES, saveFilm, sayFilmIsFull, viewCanvas } from "./film";
 import { FilmFile } from "./film-file";
 
-/** Seconds of the world between pictures, where a step is not longer. */
+/** Seconds of the world between pictures, unless a step is longer. */
 const INTERVAL = 1 / 30;
 
 /** Records a film until it is ended, until a client lets the world play, or until the daemon is lost. Saves all frames so far. */
@@ -21,7 +21,7 @@ export async function filmSteps(): Promise<void> {
   film.value = { end: () => stop.abort() };
   const begun = connection.peek();
   const unwatch = connection.subscribe((now) => {
-    // A daemon that comes back counts its states anew: what is waited for might never come.
+    // A restarted daemon counts its states from one: the awaited state might never come.
     if (now === begun && now.state === "live") return;
     if (!stop.signal.aborted) toast("info", "The daemon was lost, and the video ends there.");
     stop.abort();
@@ -36,10 +36,10 @@ export async function filmSteps(): Promise<void> {
   }
 }
 
-/** The file, once it is stopped. Rejects where there is no picture in it. */
+/** Returns the file, once it is stopped. Rejects if it has no picture. */
 async function take(canvas: HTMLCanvasElement, stop: AbortSignal): Promise<BlobPart[]> {
   const size = { width: canvas.width, height: canvas.height };
-  // Browsers give encoders only to pages that cannot have been changed on their way.
+  // Browsers offer encoders only to pages from secure origins.
   const codec = isSecureContext ? await getFirstEncodableVideoCodec(["vp9", "vp8"], size) : null;
   if (codec === null) throw new Error("this browser encodes none here. It needs a recent browser, and https or a daemon on this machine.");
   const file = new FilmFile();
@@ -77,7 +77,7 @@ async function take(canvas: HTMLCanvasElement, stop: AbortSignal): Promise<BlobP
   return parts;
 }
 
-/** Draws a picture, and calls `take` while the canvas still holds it: browsers empty it once they have shown it. Resolves to whether it was drawn. */
+/** Draws a picture, and calls `take` while the canvas still holds it: browsers clear it once they have shown it. Resolves to whether it was drawn. */
 function picture(take: () => Promise<void>, stop: AbortSignal): Promise<boolean> {
   const before = drawnPictures.peek();
   const taken = when(drawnPictures, (count) => count !== before, stop, take);
@@ -85,7 +85,10 @@ function picture(take: () => Promise<void>, stop: AbortSignal): Promise<boolean>
   return taken;
 }
 
-/** Waits until a signal has such a value, and then for what `then` does in the task that has set it. Resolves to whether it came before the stop. */
+/**
+ * Waits until a signal has such a value, and then for the result of `then`, which runs in the task that set it. Resolves to whether it came before
+ * the stop.
+ */
 function when<T>(source: ReadonlySignal<T>, isIt: (value: T) => boolean, stop: AbortSignal, then = (): Promise<void> => Promise.resolve()): Promise<boolean> {
   let cancel = (): void => undefined;
   const waited = new Promise<boolean>((resolve, reject) => {

@@ -1,10 +1,10 @@
-// A video of the picture, as WebM: of what happens, as it is drawn, or of a paused world by steps.
+// A video of the picture, as WebM: of events as they are drawn, or of a paused world by steps.
 import { save } from "../state/download";
 import { film } from "../state/film";
 import { toast } from "../state/toasts";
 import { daemonName } from "../state/world";
 
-/** Pictures a second, at most: as many as are drawn. */
+/** Maximum number of pictures a second: as many as are drawn. */
 const RATE = 60;
 /** Maximum size of a video, bytes. The film ends when it is reached. */
 export const MAX_BYTES = 512 << 20;
@@ -31,14 +31,14 @@ export function sayFilmIsFull(): void {
   toast("info", "The video is as large as a page can keep; it ends here.");
 }
 
-/** Begins a video of what the view shows, or ends the one that is being taken and saves it on this machine. */
+/** Begins a video of the view, or ends the current one and saves it on this machine. */
 export function toggleFilm(): void {
   const running = film.peek();
   if (running) running.end();
   else begin();
 }
 
-/** Begins a video of a paused world: it is stepped for each picture, until the video is ended or a client lets the world play. */
+/** Begins a video of a paused world. Each picture steps it, until the video is ended or a client lets the world play. */
 export async function beginFilmOfSteps(): Promise<void> {
   const loaded = await import("./film-steps").catch(() => undefined);
   if (loaded) await loaded.filmSteps();

@@ -1,4 +1,4 @@
-// The handles themselves: three's transform controls on a robot's root, the end of an arm, or a joint.
+// The handles: three's transform controls on a robot's root, the end of an arm, or a joint.
 import { Object3D, Quaternion, Vector3 } from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
 import { Throttle } from "../daemon/throttle";
@@ -7,14 +7,14 @@ import { handleHeld, type Placing } from "../state/tools";
 import type { HandleScene } from "../scene/handles";
 import { placed, type Placement } from "./placement";
 
-/** Milliseconds between two calls at least, while something is dragged. */
+/** Minimum milliseconds between two calls during a drag. */
 const INTERVAL = 50;
 const Z = new Vector3(0, 0, 1);
 
 /** One set of handles until it is disposed of. */
 export class Gizmo {
   private readonly controls: TransformControls;
-  /** Where the handles are: world_from_link, for a joint turned such that its z is the joint's axis. */
+  /** Pose of the handles: world_from_link, for a joint turned such that its z is the joint's axis. */
   private readonly held = new Object3D();
   private wanted: Placing | null = null;
   /** Placement that the current drag changes, and its pose at the start. */
@@ -33,7 +33,7 @@ export class Gizmo {
     this.controls.addEventListener("objectChange", () => this.move());
   }
 
-  /** On what they are; null is nothing. */
+  /** Attaches the handles; null detaches them. */
   place(wanted: Placing | null, mode: "translate" | "rotate"): void {
     this.wanted = wanted;
     const joint = wanted?.joint === undefined ? undefined : this.sceneOf(wanted.robot)?.joints?.find(({ name }) => name === wanted.joint);
@@ -48,7 +48,7 @@ export class Gizmo {
     this.update();
   }
 
-  /** Goes along with what it is on, unless it is being dragged. */
+  /** Follows the attached object, except during a drag. */
   update(): void {
     const { wanted } = this;
     if (!wanted || this.drag) return;
@@ -102,7 +102,7 @@ export class Gizmo {
     return this.at.robots.get(robot)?.scene;
   }
 
-  /** Where what is placed is drawn. */
+  /** Returns the drawn pose of the object. */
   private drawnPose({ robot, link, joint }: Placing): Pose | undefined {
     const view = this.at.robots.get(robot);
     const found = joint === undefined ? undefined : view?.scene.joints?.find(({ name }) => name === joint);

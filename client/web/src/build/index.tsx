@@ -12,7 +12,7 @@ export { BuildMenu } from "./BuildMenu";
 export { FilmNote } from "./FilmNote";
 export { PlaceCard } from "./PlaceCard";
 
-/** The sheet that is open. */
+/** The open sheet. */
 export function ToolSheet(): JSX.Element | null {
   const open = tool.value;
   switch (open?.kind) {

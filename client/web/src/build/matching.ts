@@ -3,7 +3,7 @@
 /** A line of the list: a heading, or one robot. */
 export type Line = { kind: "group"; name: string; robots: readonly string[]; open: boolean } | { kind: "robot"; name: string; indented: boolean };
 
-/** Robots with one name before their number are one group, from this many on. */
+/** Minimum number of robots with one name before their number that form a group. */
 const GROUP = 3;
 
 /** `arm` of `arm_12`, `arm-12` and `arm12`; the name itself of all others. */
@@ -27,7 +27,10 @@ export function linesOf(names: readonly string[], filter: string, closed: Readon
   });
 }
 
-/** Which of `count` lines of `height` pixels are in view, with some beyond both ends: the first, and the one after the last. */
+/**
+ * Returns which of `count` lines of `height` pixels are in view, with some beyond both ends: the first, and the one after the
+ * last.
+ */
 export function inView(top: number, seen: number, height: number, count: number, beyond = 8): [number, number] {
   const first = Math.max(0, Math.floor(top / height) - beyond);
   return [Math.min(first, count), Math.min(count, Math.ceil((top + seen) / height) + beyond)];

@@ -13,7 +13,7 @@ import type { Placing } from "../state/tools";
 import { changed } from "../state/undo";
 import { frame, robots, simulation, type Axis } from "../state/world";
 
-/** One drag. Neither call rejects: what is refused is said. */
+/** One drag. Neither call rejects: messages report refusals. */
 export interface Placement {
   /** The handles are at `to`; the drag began at `from`. world_from_link. */
   to(to: Pose, from: Pose): Promise<void>;
@@ -47,7 +47,7 @@ const ENOUGH = 6;
 
 let solver: Client<typeof KinematicsService> | undefined;
 
-/** Brings a link to a place: targets of the joints in a world that plays, and their positions in one that is paused. */
+/** Moves a link to a pose: sets targets of the joints in a world that plays, and their positions in a paused one. */
 export class LinkPlacement implements Placement {
   private readonly axes: Axis[];
   private readonly before: Map<string, number>;
@@ -81,7 +81,7 @@ export class LinkPlacement implements Placement {
   }
 }
 
-/** Turns or slides one joint by what the handles have turned or moved about or along their z. */
+/** Turns or slides one joint by the motion of the handles about or along their z. */
 export class JointPlacement implements Placement {
   private readonly axes: Axis[];
   private readonly before: Map<string, number>;
@@ -109,7 +109,7 @@ export class JointPlacement implements Placement {
   }
 }
 
-/** Radians that `to` is turned about the z of `from`, at most half a turn. */
+/** Returns the angle in radians by which `to` is turned about the z of `from`, at most half a turn. */
 export function turnAbout(from: Pose, to: Pose): number {
   const [a, b] = [quaternion(from), quaternion(to)];
   const turn = a.invert().multiply(b);
@@ -117,7 +117,7 @@ export function turnAbout(from: Pose, to: Pose): number {
   return angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 }
 
-/** Metres that `to` is moved along the z of `from`. */
+/** Returns the metres by which `to` is moved along the z of `from`. */
 export function slideAlong(from: Pose, to: Pose): number {
   const way = new Vector3(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
   return way.dot(new Vector3(0, 0, 1).applyQuaternion(quaternion(from)));
@@ -137,10 +137,13 @@ function positionsOf(axes: readonly Axis[]): Map<string, number> {
   return found;
 }
 
-/** Positions that were asked for, by the keys of axes. */
+/** Requested positions, by the keys of axes. */
 type Sent = ReadonlyMap<string, number>;
 
-/** Targets while the world plays; in one that is paused the joints themselves, with targets that hold them there. Resolves to what was sent. */
+/**
+ * Sets targets while the world plays. In a paused world it sets the joint positions, with targets that hold them there. Resolves to the sent
+ * positions.
+ */
 async function setJoints(axes: readonly Axis[], valueOf: (axis: Axis) => number | undefined): Promise<Sent> {
   const values = axes.flatMap((axis) => {
     const value = valueOf(axis);
@@ -160,7 +163,7 @@ async function setJoints(axes: readonly Axis[], valueOf: (axis: Axis) => number 
   return sent;
 }
 
-/** Notes where the joints were sent, as a change from where they were: the page hears of it only with a later state. */
+/** Notes the sent positions as a change from the former ones: the page receives the result only with a later state. */
 function noteJoints(what: string, axes: readonly Axis[], before: Sent, after: Sent): void {
   if (after.size === 0) return;
   const set = (values: Sent) => () => worded(() => setJoints(axes, (axis) => values.get(axis.key)));

@@ -16,7 +16,7 @@ export interface ShapeForm {
   /** 0 stands for the mass of water of the same volume. */
   mass: number;
   fixed: boolean;
-  /** The centre of what is added. */
+  /** Centre of the new shape. */
   at: [number, number, number];
   /** "#rrggbb"; empty is none. */
   color: string;
@@ -33,7 +33,9 @@ export function problemOf({ kind, size, radius, length, mass }: ShapeForm): stri
   return undefined;
 }
 
-/** The request for a shape; of a height field `file` is the picture or table that was uploaded, by its SHA-256. */
+/**
+ * Returns the request for the shape. For a height field, `file` is the SHA-256 of the uploaded picture or table.
+ */
 export function requestOf(form: ShapeForm, file?: { name: string; sha256: string }): Spawn {
   const { kind, name, fixed, mass, at, color } = form;
   const [x, y, z] = at;

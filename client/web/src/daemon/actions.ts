@@ -91,13 +91,13 @@ export async function pressButton(name: string): Promise<void> {
   daemonConnection().pollAllNow();
 }
 
-/** Lets two links go. */
+/** Removes a constraint between two links. */
 export async function deleteConstraint(name: string): Promise<void> {
   await attempt(() => services().constraints.deleteConstraint({ name }));
   daemonConnection().pollAllNow();
 }
 
-/** Loads the robots that the files describe, as the options say. Resolves to whether all are there. */
+/** Loads the robots that the files describe, according to the options. Resolves to whether all were loaded. */
 export async function loadFiles(files: DroppedFile[], chosen: readonly Chosen[], options?: LoadOptions): Promise<boolean> {
   const done = await attempt(async () => {
     // Most visits load nothing.
@@ -113,9 +113,9 @@ export async function loadFiles(files: DroppedFile[], chosen: readonly Chosen[],
 
 let addingArm = false;
 
-/** Adds an arm to the world, for who has no robot at hand. */
+/** Adds an arm to the world, for users without a robot file. */
 export async function addDemoArm(): Promise<void> {
-  // A second click comes before the page knows of the first arm.
+  // A second click may come before the page knows the first arm.
   if (addingArm) return;
   addingArm = true;
   try {
@@ -146,7 +146,9 @@ export async function lift(robot: string, by: number): Promise<void> {
   daemonConnection().pollNow();
 }
 
-/** Pulls a point of a link, in its frame, to a point of the world. Ends after so many simulated seconds unless it is renewed. */
+/**
+ * Pulls a point of a link, in its frame, to a point of the world. Ends after this many simulated seconds unless it is renewed.
+ */
 export function pullLink(robot: string, linkName: string, point: Vector, target: Vector, spring: Spring, duration: number): Promise<void> {
   return pulls.set(`${robot}/${linkName}`, { robot, link: linkName, point, target, spring, duration });
 }
@@ -160,7 +162,7 @@ interface Pull {
   robot: string;
   link: string;
   point?: Vector;
-  /** Absent lets go. */
+  /** An absent target ends the pull. */
   target?: Vector;
   spring?: Spring;
   duration?: number;

@@ -6,11 +6,11 @@ export interface Actuator {
   /** Gain of position targets in force; absent if the joint has no actuator. */
   stiffness?: number;
   damping?: number;
-  /** Inertia of the rotor as the joint feels it; 0 is none. */
+  /** Inertia of the rotor as felt at the joint; 0 is none. */
   armature: number;
-  /** Stiffness of a spring beside the actuator; absent where there is none. */
+  /** Stiffness of a spring beside the actuator; absent without one. */
   spring?: number;
-  /** The actuator holds the weight of what hangs on the joint. */
+  /** Whether the actuator compensates the weight that the joint carries. */
   gravityCompensation: boolean;
 }
 
@@ -23,7 +23,7 @@ export async function actuatorOf(robot: string, joint: string): Promise<Actuator
     const { gains, armature, spring, gravityCompensation } = found;
     return { armature, gravityCompensation, ...(gains && { stiffness: gains.stiffness, damping: gains.damping }), ...(spring && { spring: spring.stiffness }) };
   } catch {
-    // The robot is gone, or the daemon is lost, which the page says elsewhere.
+    // The robot is gone, or the daemon is lost, which the page reports elsewhere.
     return undefined;
   }
 }

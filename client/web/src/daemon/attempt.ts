@@ -2,7 +2,7 @@
 import { toast } from "../state/toasts";
 import { messageOf } from "./error-message";
 
-/** Runs a change, and shows its error as a toast. Resolves to whether there was none. */
+/** Runs a change, and shows its error as a toast. Resolves to whether it succeeded. */
 export async function attempt(change: () => Promise<unknown>): Promise<boolean> {
   try {
     await change();

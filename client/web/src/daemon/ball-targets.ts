@@ -2,7 +2,7 @@
 import { ballNow, type Triple } from "../state/joint-values";
 import type { Axis, Frame, Mode } from "../state/world";
 
-/** Milliseconds for which what was sent counts, and not what the daemon says: its state may be older. */
+/** Milliseconds for which sent targets override the daemon's state, which may be older. */
 const RECENT = 1000;
 
 /** Value to which a row was set. */
@@ -12,14 +12,14 @@ export interface AxisTarget {
   value: number;
 }
 
-/** All three of a joint. */
+/** All three targets of a joint. */
 export interface BallTarget {
   axis: Axis;
   mode: Mode;
   values: Triple;
 }
 
-/** Completes targets by what was sent before, or by the state of the daemon. */
+/** Completes targets from those sent before, or from the daemon's state. */
 export class BallTargets {
   private readonly sent = new Map<string, BallTarget & { at: number }>();
 

@@ -17,7 +17,7 @@ const spawned: SpawnEntityRequest[] = [];
 const moved: number[] = [];
 let versions = 0n;
 
-/** Brings one in, as this page or another client does. */
+/** Loads a robot, as this page or another client does. */
 function put(name: string): { name: string; layoutVersion: bigint } {
   versions += 1n;
   world.set(name, versions);

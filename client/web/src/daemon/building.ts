@@ -16,7 +16,7 @@ import { services } from "./services";
 /** A request for a robot. */
 export type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 
-/** A robot that this page has brought in. One that has its name later is another, and has another version. */
+/** A robot that this page has loaded. A later robot with its name has another version. */
 export interface Spawned {
   name: string;
   layoutVersion: bigint;
@@ -25,13 +25,16 @@ export interface Spawned {
 /** Spawn requests of this page by robot name: they contain more than the daemon's answers about a robot. */
 const asked = new Map<string, { request: Spawn; version: bigint }>();
 
-/** Brings a robot in, and selects it; but a single shape only where no robot with joints is selected. Resolves to its name; undefined where it was refused, which is said. */
+/**
+ * Loads a robot, and selects it. A single shape is selected only if no robot with joints is. Resolves to its name; undefined after a refusal, which a
+ * message reports.
+ */
 export function bringIn(request: Spawn, what = "adding"): Promise<string | undefined> {
   return attempt(async () => {
     const spawned = await spawn(request);
     noteSpawn(spawned, request, what);
     remember(spawned.name, () => bringIn({ ...request, name: spawned.name, allowRenaming: true }, what));
-    // Scenery does not take the place of an arm that is being moved.
+    // Scenery does not deselect an arm that is being moved.
     const chosen = shownRobot.peek();
     const isScenery = request.source?.source?.case === "primitive";
     selectedRobot.value = isScenery && chosen && chosen.axes.length > 0 ? chosen.name : spawned.name;
@@ -39,7 +42,7 @@ export function bringIn(request: Spawn, what = "adding"): Promise<string | undef
   });
 }
 
-/** Notes that a robot was brought in, and whether the page lifts it onto the ground. */
+/** Notes that a robot was loaded, and whether the page lifts it onto the ground. */
 export function noteSpawn({ name, layoutVersion }: Spawned, request: Spawn, what = "adding", isLifted = false): void {
   let version = keep(name, layoutVersion, request);
   note({
@@ -52,10 +55,10 @@ export function noteSpawn({ name, layoutVersion }: Spawned, request: Spawn, what
   });
 }
 
-/** Takes a robot out of the world. */
+/** Removes a robot from the world. */
 export function takeOut(name: string): Promise<unknown> {
   return attempt(async () => {
-    // Before it is gone.
+    // Must be read before it is gone.
     const back = await requestOf(name).catch(() => undefined);
     await remove(name);
     if (!back) return;
@@ -64,7 +67,7 @@ export function takeOut(name: string): Promise<unknown> {
   });
 }
 
-/** Brings in the same robot once more, beside all others. */
+/** Loads the same robot once more, beside all others. */
 export function duplicate(name: string): Promise<string | undefined> {
   return attempt(async () => {
     const request = await requestOf(name);
@@ -76,7 +79,7 @@ export function duplicate(name: string): Promise<string | undefined> {
   });
 }
 
-/** Puts a robot elsewhere and at rest, without a change to undo: for each step of a drag. */
+/** Moves a robot and stops its motion, without a change to undo: for each step of a drag. */
 export async function moveTo(robot: string, pose: Pose): Promise<void> {
   await services().entities.setEntityState({ robot, pose: wirePose(pose), twist: { linear: {}, angular: {} } });
   daemonConnection().pollNow();
@@ -87,14 +90,14 @@ export function noteMove(robot: string, from: Pose, to: Pose): void {
   note({ what: `moving ${robot}`, of: `place ${robot}`, undo: () => moveTo(robot, from), redo: () => moveTo(robot, to) });
 }
 
-/** world_from_root, as the daemon has it. */
+/** Returns the daemon's world_from_root. */
 export async function poseOf(robot: string): Promise<Pose> {
   const { pose } = await services().entities.getEntityState({ robot });
   const { position: p, orientation: q } = pose ?? {};
   return [p?.x ?? 0, p?.y ?? 0, p?.z ?? 0, q?.x ?? 0, q?.y ?? 0, q?.z ?? 0, q?.w ?? 1];
 }
 
-/** A request that brings in a robot as it is now: where it is, and with its joints as they are. */
+/** Returns a request that loads a robot in its present pose, with its joints as they are. */
 async function requestOf(robot: string): Promise<Spawn> {
   const { entities } = services();
   const [{ entity }, { robots: scenes }, pose] = await Promise.all([entities.getEntityInfo({ robot }), entities.getScene({ robots: [robot] }), poseOf(robot)]);
@@ -111,7 +114,7 @@ async function requestOf(robot: string): Promise<Spawn> {
   return { ...now, source: { source: { case: "description", value: entity?.description ?? "" }, assets } };
 }
 
-/** Positions of joints of one axis, and orientations of ball joints, by name. */
+/** Returns positions of joints of one axis, and orientations of ball joints, by name. */
 export function placesOf(robot: Robot, joints: JointValues): Pick<Spawn, "jointPositions" | "jointOrientations"> {
   const jointPositions: Record<string, number> = {};
   const jointOrientations: Record<string, { x: number; y: number; z: number; w: number }> = {};
@@ -125,7 +128,7 @@ export function placesOf(robot: Robot, joints: JointValues): Pick<Spawn, "jointP
   return { jointPositions, jointOrientations };
 }
 
-/** A pose as the daemon takes it. */
+/** Returns a pose as a message. */
 export function wirePose([x, y, z, qx, qy, qz, qw]: Pose): { position: { x: number; y: number; z: number }; orientation: { x: number; y: number; z: number; w: number } } {
   return { position: { x, y, z }, orientation: { x: qx, y: qy, z: qz, w: qw } };
 }
@@ -136,19 +139,19 @@ async function spawn(request: Spawn): Promise<Spawned> {
   return { name: entity?.name ?? "", layoutVersion: entity?.layoutVersion ?? 0n };
 }
 
-/** Keeps what was asked for a robot, so that it can be doubled, and returns its version. */
+/** Keeps the request of a robot, so that it can be duplicated, and returns its version. */
 function keep(name: string, version: bigint, request: Spawn): bigint {
   asked.set(name, { request, version });
   return version;
 }
 
-/** Brings a robot in again under its name. Resolves to its version now. */
+/** Loads a robot again under its name. Resolves to its new version. */
 async function bringBack(name: string, request: Spawn): Promise<bigint> {
   const { layoutVersion } = await spawn({ ...request, name, allowRenaming: false });
   return keep(name, layoutVersion, request);
 }
 
-/** Takes out what this page has brought in, and nothing that another client has called the same since. */
+/** Removes a robot that this page has loaded, but no later robot of another client with the same name. */
 async function removeOwn(name: string, version: bigint): Promise<void> {
   const { entity } = await services().entities.getEntityInfo({ robot: name });
   if (entity?.layoutVersion !== version) throw new Error(`another robot is called ${name} now`);
@@ -169,7 +172,7 @@ async function attempt<T>(act: () => Promise<T>): Promise<T | undefined> {
   }
 }
 
-/** Notes a change; what the daemon refuses of it is said in its words. */
+/** Notes a change; its errors have the daemon's words. */
 function note(change: Change): void {
   changed({ ...change, undo: () => worded(change.undo), redo: () => worded(change.redo) });
 }

@@ -8,7 +8,7 @@ import { daemonConnection } from "./page";
 import { services, tabName } from "./services";
 import { heldClaims, keepClaims, WORLD } from "./held-claims";
 
-/** Wall seconds after which a claim of a page that is closed ends. A hidden tab renews once a minute. */
+/** Wall seconds after which the claim of a closed page ends. A hidden tab renews once a minute. */
 const LEASE = 150;
 const RENEWAL = 20_000;
 
@@ -25,7 +25,7 @@ export async function claim(what: string): Promise<void> {
   daemonConnection().pollAllNow();
 }
 
-/** Releases what `claim` has taken. */
+/** Releases a claim. */
 export async function release(what: string): Promise<void> {
   const secret = heldClaims().get(what);
   if (secret === undefined) return;
@@ -34,12 +34,12 @@ export async function release(what: string): Promise<void> {
   daemonConnection().pollAllNow();
 }
 
-/** Releases all. */
+/** Releases all claims. */
 export async function releaseAll(): Promise<void> {
   for (const what of [...heldClaims().keys()]) await release(what);
 }
 
-/** Renews all, with targets for no joint; what has ended is said, and no longer sent. */
+/** Renews all claims, with targets for no joint. Messages report claims that have ended; they are no longer sent. */
 export async function renew(): Promise<void> {
   for (const [what, secret] of [...heldClaims()]) {
     const robot = what === WORLD ? robots.peek()[0]?.name : what;
@@ -59,7 +59,7 @@ function keep(what: string, secret: string | undefined): void {
   claimedHere.value = new Set(heldClaims().keys());
 }
 
-/** Renews what is claimed from now on, as long as anything is. */
+/** Renews claims from now on, as long as the page has any. */
 export function keepRenewing(): () => void {
   return effect(() => {
     if (claimedHere.value.size === 0 || connection.value.state !== "live") return undefined;

@@ -1,8 +1,8 @@
-// Changes that come faster than answers are sent as the newest of each, one call at a time.
+// The newest of each change is sent, one call at a time, if changes come faster than answers.
 import { expect, test } from "vitest";
 import { Coalescer } from "./coalesce";
 
-/** A sender whose calls end when the test says so. */
+/** A sender whose calls end at the test's command. */
 function sender() {
   const calls: { values: [string, number][]; end: () => void }[] = [];
   const coalescer = new Coalescer<string, number>(

@@ -6,7 +6,7 @@ export class Coalescer<K, V> {
   private waiting: (() => void)[] = [];
   private inFlight = false;
 
-  /** `send` must not reject: it reports errors to the user itself. */
+  /** `send` must not reject: it reports errors to the user. */
   constructor(private readonly send: (values: Map<K, V>) => Promise<void>) {}
 
   /** Resolves once this value, or the newer one that replaced it, was sent. */

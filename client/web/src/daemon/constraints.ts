@@ -17,7 +17,7 @@ export function constraintOf(wire: Wire): Constraint {
   const { name, kind, force, torque, point, positionError, angleError, maxForce, saturated, rope } = wire;
   return {
     name,
-    // A kind of a newer version of the schema is one all the same.
+    // A kind from a newer version of the schema is still a constraint.
     kind: rope ? "rope" : (KINDS[kind] ?? "constraint"),
     parent: endOf(wire.parent),
     child: endOf(wire.child),

@@ -1,4 +1,4 @@
-// The connection against a stub of a daemon: which calls it makes, how often, and how it recovers from a loss.
+// The connection against a stub of a daemon: its calls, their frequency, and its recovery from a loss.
 import { create } from "@bufbuild/protobuf";
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
@@ -20,7 +20,7 @@ import { servicesOver } from "./services";
 class World {
   alive = true;
   sequence = 1n;
-  /** How many events there were. */
+  /** Number of events. */
   events = 5n;
   /** Layout versions by name. */
   robots = new Map([["arm", 1n]]);
@@ -114,7 +114,7 @@ test("robots of this page that a restart of the daemon ended are offered again, 
     world.alive = true;
   };
   await lose();
-  // Another client has taken it out meanwhile.
+  // Another client has removed it meanwhile.
   world.robots.delete("crate");
   await vi.advanceTimersByTimeAsync(10_000);
   expect(connection.value.state).toBe("live");
@@ -156,7 +156,7 @@ test("values of a robot that has not changed are those of the state before", asy
   const position = frame.value?.joints.get("arm")?.position;
   expect(frame.value?.sequence).toBeGreaterThan(seen);
   expect(position?.length).toBe(1);
-  // Another layout: what was known of the robot says nothing.
+  // Another layout: earlier knowledge of the robot is void.
   const asked = world.asked.length;
   world.robots.set("arm", 2n);
   await vi.advanceTimersByTimeAsync(1000);
@@ -284,7 +284,7 @@ test("statistics, parameters and clients are polled slowly, and more slowly in a
   world.moving = false;
   await vi.advanceTimersByTimeAsync(2000);
   expect(await counts()).toEqual([10, 10, 10]);
-  // Another client has set it going: whether it plays is asked at once.
+  // Another client has started it: the page asks at once whether it plays.
   const before = world.count("statistics");
   world.moving = true;
   await vi.advanceTimersByTimeAsync(300);
@@ -317,7 +317,7 @@ test("a daemon that comes back with other robots and a smaller sequence is shown
   await vi.advanceTimersByTimeAsync(1000);
   world.alive = true;
   world.sequence = 1n;
-  // The same version as the arm had, which says nothing: the daemon counts from one again.
+  // The version equals the arm's former one, which means nothing: the daemon counts from one again.
   world.robots = new Map([["dog", 1n]]);
   await vi.advanceTimersByTimeAsync(6000);
   expect(connection.value.state).toBe("live");

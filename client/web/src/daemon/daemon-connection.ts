@@ -18,7 +18,7 @@ import { ViewLink } from "./view-link";
 const INTERVAL = 1000 / 60;
 /** Seconds that the daemon waits for a newer state. */
 const WAIT = 0.02;
-/** After this many responses in a row without a new state, the world counts as idle. */
+/** Number of consecutive responses without a new state after which the world counts as idle. */
 const IDLE_AFTER = 5;
 /** Number of consecutive states without motion after which the world counts as still: only its time advances. */
 const STILL_AFTER = 30;
@@ -30,7 +30,7 @@ const IDLE_WAIT = 0.001;
 /** Milliseconds without a response after which the daemon is lost. */
 const TIMEOUT = 5000;
 
-/** Writes what it receives into the signals of `state`. */
+/** Writes received data into the signals of `state`. */
 export class DaemonConnection {
   private readonly registry: RobotRegistry;
   private readonly states = new PollLoop(() => this.run());
@@ -38,20 +38,20 @@ export class DaemonConnection {
   private readonly slow: PollLoop;
   private readonly view: ViewLink;
   private sequence = 0n;
-  /** The state of that sequence, of which the daemon sends what has changed since. */
+  /** Sequence of the state to which the daemon sends changes. */
   private newest: Frame | null = null;
   /** The next response counts as new even if its sequence is not: the request differs from the last one. */
   private forceNew = true;
   private unchanged = 0;
-  /** States in which nothing has moved since `reference`. */
+  /** Number of states without motion since `reference`. */
   private still = 0;
-  /** The last state in which something had moved: a slow motion adds up against it. */
+  /** The last state with motion; a slow motion adds up against it. */
   private reference: Frame | null = null;
   private failures = 0;
   private due = 0;
-  /** Robots of the daemon that was lost, until one is found. */
+  /** Robots of the lost daemon, until a daemon is found. */
   private before: string[] | null = null;
-  /** The daemon that is found is another one. */
+  /** Whether the found daemon is another one. */
   private isAnother = false;
 
   constructor(private readonly services: Services) {
@@ -65,7 +65,7 @@ export class DaemonConnection {
 
   /** Starts polling, or stops it while the page is hidden. */
   setVisible(visible: boolean): void {
-    // Another daemon may have come meanwhile, of whose values nothing is known.
+    // Another daemon may have come meanwhile, whose values are unknown.
     this.forceNew = true;
     for (const loop of [this.states, this.slow]) {
       if (visible) loop.start();
@@ -74,7 +74,7 @@ export class DaemonConnection {
     this.view.setVisible(visible);
   }
 
-  /** Polls an idle or still world at once: this page has changed something. */
+  /** Polls an idle or still world at once after a change by this page. */
   pollNow(): void {
     const rests = this.rests();
     this.unchanged = 0;
@@ -85,7 +85,7 @@ export class DaemonConnection {
     }
   }
 
-  /** Polls what changes slowly at once, too. */
+  /** Polls slow data at once, too. */
   pollAllNow(): void {
     this.pollNow();
     this.slow.wake();
@@ -123,7 +123,7 @@ export class DaemonConnection {
     const fetchInfo = () => this.services.simulation.getSimulatorInfo({}, { timeoutMs: TIMEOUT });
     // One call is enough to detect that a lost daemon is still lost.
     if (connection.value.state === "lost") await fetchInfo();
-    // Kept while attempts fail, some of which hear of the restart.
+    // Kept while attempts fail: some of them report the restart.
     this.before ??= names();
     this.isAnother ||= isAnother;
     const begin = async (): Promise<void> => {
@@ -167,7 +167,7 @@ export class DaemonConnection {
     );
     const sequence = response.states?.stamp?.sequence ?? 0n;
     if (sequence < this.sequence) {
-      // A state older than the last one is from another daemon, which was started between two calls.
+      // A state older than the last one comes from another daemon, started between two calls.
       await this.connect(true);
       return;
     }
@@ -190,7 +190,7 @@ export class DaemonConnection {
     if (rested && !this.rests()) this.slow.wake();
   }
 
-  /** Counts the states in which nothing has moved. */
+  /** Counts states without motion. */
   private compare(next: Frame): void {
     if (this.reference && isStill(this.reference, next)) {
       this.still += 1;

@@ -1,4 +1,4 @@
-// Polls what changes slowly: statistics, physics settings, parameters, clients and events.
+// Polls slow data: statistics, physics settings, parameters, clients and events.
 import { batch } from "@preact/signals";
 import { timestampMs } from "@bufbuild/protobuf/wkt";
 import type { Event } from "../gen/simd/v1/event_pb";
@@ -21,12 +21,12 @@ import type { Services } from "./services";
 /** Milliseconds between two polls, and while the world rests. */
 const INTERVAL = 500;
 const RESTING_INTERVAL = 1000;
-/** Milliseconds between two looks at who is connected, at least. */
+/** Minimum milliseconds between two requests for the list of clients. */
 const CLIENTS_INTERVAL = 900;
 /** Seconds; 0 would mean the default of one second. */
 const NO_WAIT = 0.001;
 const CALL = { timeoutMs: 5000 };
-/** Whatever the daemon still knows. */
+/** All events that the daemon still has. */
 const ALL_EVENTS = 0n;
 
 /** Makes one call after the other, so that a tab needs at most one connection for it. */
@@ -44,7 +44,7 @@ export class DaemonPoller {
     refreshClientsBy(() => this.fetchClients());
   }
 
-  /** Forgets the state of the daemon before, and fetches what is later fetched only after an event. Resolves to whether its events began anew. */
+  /** Forgets the former daemon's state, and fetches data that later depends on events. Resolves to whether its events began anew. */
   async begin(): Promise<boolean> {
     this.clientsAt = -Infinity;
     this.parametersVersion = 0n;
@@ -54,7 +54,7 @@ export class DaemonPoller {
     this.lastEvent = events.lastSequence;
     happenings.value = [];
     tell(events.events);
-    // Whatever is wrong with the folder is said where they are listed.
+    // Errors of the folder are shown with the list.
     await this.fetchRecordings().catch(() => undefined);
     await this.fetchConstraints().catch(() => undefined);
     await this.fetchSensors().catch(() => undefined);
@@ -120,7 +120,7 @@ export class DaemonPoller {
   private async fetchConstraints(): Promise<void> {
     const response = await this.services.constraints.listConstraints({}, CALL);
     const next = response.constraints.map(constraintOf);
-    // Nothing is drawn again for forces that differ by what the solver leaves.
+    // Forces that differ by the solver's residual cause no new picture.
     if (!sameConstraints(constraints.peek(), next)) constraints.value = next;
   }
 
@@ -159,7 +159,7 @@ export class DaemonPoller {
   }
 }
 
-/** Adds events to those that happened, in words, and returns these. */
+/** Appends events, in words, to the recent ones, and returns them. */
 function tell(events: Event[]): { text: string; isWarning: boolean }[] {
   const described = events.map((event) => ({ sequence: event.sequence, simTime: event.stamp?.simTime ?? 0, ...wordsOf(event) }));
   addHappenings(described);
@@ -190,7 +190,7 @@ function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; 
       case "constraintDeleted":
         constraints = true;
         break;
-      // Those of descriptions come and go with their robots.
+      // Cameras of descriptions come and go with their robots.
       case "sensorCreated":
       case "sensorDeleted":
       case "entitySpawned":

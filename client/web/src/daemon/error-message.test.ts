@@ -1,4 +1,4 @@
-// People read the daemon's own sentence, and of a daemon that is not there that it is not.
+// People read the daemon's sentence. If no daemon answers, they read that.
 import { Code, ConnectError } from "@connectrpc/connect";
 import { expect, test } from "vitest";
 import { messageOf } from "./error-message";

@@ -4,7 +4,7 @@ import { Code, ConnectError } from "@connectrpc/connect";
 /** The daemon names the method that a role forbids; users of the page see buttons. */
 const ROLE = /^the token of .+ is that of (an?) (\w+), and \S+ needs (an? \w+)$/;
 
-/** The daemon's own message or, if there is none, what the failure means. */
+/** Returns the daemon's message, or without one, the meaning of the failure. */
 export function messageOf(error: unknown): string {
   if (error instanceof ConnectError && isFromDaemon(error)) return sentence(ROLE.test(error.rawMessage) ? error.rawMessage.replace(ROLE, "your token is $1 $2’s: this takes that of $3") : error.rawMessage);
   if (error instanceof ConnectError && error.code === Code.DeadlineExceeded) return "The daemon did not answer in time.";
@@ -12,7 +12,7 @@ export function messageOf(error: unknown): string {
   return error instanceof Error ? sentence(error.message) : String(error);
 }
 
-/** Does something that rejects, where it fails, with what is to be said to the user. */
+/** Runs a task; if it rejects, rejects with the message for the user. */
 export async function worded<T>(act: () => Promise<T>): Promise<T> {
   try {
     return await act();
@@ -21,7 +21,7 @@ export async function worded<T>(act: () => Promise<T>): Promise<T> {
   }
 }
 
-/** Tells a status from the daemon from an error of the browser, which has a cause, or of a proxy. */
+/** Tells a status of the daemon from an error of the browser, which has a cause, or of a proxy. */
 function isFromDaemon(error: ConnectError): boolean {
   if (error.cause !== undefined || error.rawMessage === "") return false;
   return !/^(HTTP \d|missing trailer|protocol error|unsupported content type)/i.test(error.rawMessage);
@@ -35,7 +35,7 @@ function isNetworkFailure(error: unknown): boolean {
 function sentence(text: string): string {
   const trimmed = text.trim();
   const first = trimmed.charAt(0);
-  // A first word that is a name stays as it is.
+  // A first word that is a name stays unchanged.
   const start = /^[a-z]+[ ,;]/.test(trimmed) ? first.toUpperCase() : first;
   return start + trimmed.slice(1) + (/[.!?)]$/.test(trimmed) ? "" : ".");
 }

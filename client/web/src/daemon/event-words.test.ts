@@ -1,4 +1,4 @@
-// Events in words: each of the schema has some, and one of a newer schema does not break the page.
+// Every event of the schema has words, and an event of a newer schema does not break the page.
 import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
 import { expect, test } from "vitest";
 import { EventSchema, RecordingEndCause, ReleaseCause, TrajectoryOutcome } from "../gen/simd/v1/event_pb";

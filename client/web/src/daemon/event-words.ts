@@ -5,11 +5,11 @@ import { SimulationState } from "../gen/simd/v1/simulation_pb";
 /** An event in words. */
 export interface Words {
   text: string;
-  /** A person should look at it. */
+  /** Whether a person should look at it. */
   isWarning: boolean;
 }
 
-/** A sentence about an event; about one of a newer release, that there was one. */
+/** Returns a sentence about an event. An event of a newer release is only mentioned. */
 export function wordsOf({ kind }: Event): Words {
   const plain = (text: string): Words => ({ text, isWarning: false });
   const warning = (text: string): Words => ({ text, isWarning: true });

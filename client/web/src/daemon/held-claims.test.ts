@@ -1,4 +1,4 @@
-// A call goes with the claim that allows it.
+// A call carries the claim that allows it.
 import { beforeEach, expect, test, vi } from "vitest";
 
 const stored = new Map<string, string>();

@@ -1,6 +1,6 @@
-// The secrets of the claims of this tab, kept over a reload, and which of them goes along with a call.
+// Secrets of this tab's claims, kept over a reload, and the choice of the one that a call carries.
 
-/** In the place of a robot's name. */
+/** Key of the world in place of a robot's name. */
 export const WORLD = "";
 
 const KEY = "simd.claims";
@@ -22,7 +22,7 @@ export function keepClaims(what: string, secret: string | undefined): void {
   try {
     sessionStorage.setItem(KEY, JSON.stringify([...next]));
   } catch {
-    // Without a storage it is released when its time is over.
+    // Without storage it is released when its time is over.
   }
 }
 

@@ -6,7 +6,7 @@ const POLLS = 3;
 /** Below this share of the target factor the simulation is behind. */
 const THRESHOLD = 0.97;
 
-/** Takes one poll of the statistics after the other. */
+/** Takes the polls of the statistics one after the other. */
 export class LagDetector {
   private slow = 0;
   private target = 0;

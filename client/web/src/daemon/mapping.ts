@@ -190,13 +190,13 @@ function geometryOf({ geometry }: WireShape): Geometry | undefined {
       return { kind: "plane", normal: vectorOf(geometry.value.normal, [0, 0, 1]) };
     case "mesh": {
       const { sha256, look, uri, scale } = geometry.value;
-      // Markers have the file alone.
+      // Markers have only the file.
       return { kind: "mesh", sha256: look === "" ? sha256 : look, uri, scale: vectorOf(scale, [1, 1, 1]) };
     }
     case "convex":
       return { kind: "convex", sha256: geometry.value.sha256 };
     default:
-      // A shape of a newer version of the schema.
+      // A shape from a newer version of the schema.
       return undefined;
   }
 }
@@ -218,8 +218,8 @@ export function layoutsOf(response: NextJointStatesResponse): Map<string, bigint
 }
 
 /**
- * The state of all robots; of those that are unchanged what the state `before` has. Robots with an unknown layout version are left out: their
- * arrays do not fit what is drawn until the layout is fetched again.
+ * Returns the state of all robots; unchanged ones keep their values from the state `before`. Robots with an unknown layout version are left
+ * out: their arrays do not fit the drawing until the layout is fetched again.
  */
 export function frameOf(
   response: NextJointStatesResponse,

@@ -1,4 +1,4 @@
-// Conversion of what programs draw from messages to the state of the page, and of input to messages.
+// Conversion of programs' drawings from messages to the state of the page, and of input to messages.
 import { create } from "@bufbuild/protobuf";
 import { InputEventSchema, MouseButton as WireButton, type CameraTarget as WireTarget, type InputEvent, type LinkColors as WireColors, type Marker as Wire } from "../gen/simd/v1/view_pb";
 import type { CameraTarget } from "../state/camera";
@@ -12,7 +12,7 @@ const BUTTONS: Record<MouseButton, WireButton> = {
   right: WireButton.RIGHT,
 };
 
-/** Null for a kind of a newer version of the schema. */
+/** Returns null for a kind from a newer version of the schema. */
 export function markerOf(wire: Wire): Marker | null {
   const { id, robot, link, color } = wire;
   const shape = shapeOf(wire.shape);

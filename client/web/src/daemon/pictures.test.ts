@@ -1,4 +1,4 @@
-// Pictures of cameras as the page has them.
+// Pictures of cameras in the page's form.
 import { create } from "@bufbuild/protobuf";
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { deflateSync } from "node:zlib";

@@ -10,12 +10,12 @@ import { services, type Services } from "./services";
 const INTERVAL = 200;
 /** Milliseconds until the next round after a refusal: a renderer may be started meanwhile. */
 const AFTER_REFUSAL = 2000;
-/** Wall seconds that a picture is waited for. */
+/** Wall seconds that the page waits for a picture. */
 const WAIT = 2;
-/** Metres that are drawn black; what is nearer is lighter. */
+/** Metres that are drawn black; nearer ones are lighter. */
 const DARK = 10;
 
-/** Is called with a picture of a camera, or with why there is none. */
+/** Called with a picture of a camera, or with the reason for its absence. */
 export type OnPicture = (picture: SensorPicture | undefined, problem: string) => void;
 
 interface Followed {
@@ -26,7 +26,7 @@ interface Followed {
   sequence: bigint;
 }
 
-/** Asks for the pictures of cameras, in turn, as long as one is followed. */
+/** Fetches the pictures of cameras, in turn, as long as one is followed. */
 export class PictureFollower {
   private readonly followed = new Set<Followed>();
   private readonly loop = new PollLoop(() => this.round());
@@ -34,13 +34,13 @@ export class PictureFollower {
 
   constructor(private readonly services: () => Services) {}
 
-  /** Asks for pictures, or for none while the page is hidden. */
+  /** Fetches pictures, or none while the page is hidden. */
   setVisible(visible: boolean): void {
     this.visible = visible;
     this.update();
   }
 
-  /** Calls `onPicture` with each new picture of a camera from now on. Returns what ends that. */
+  /** Calls `onPicture` with each new picture of a camera from now on. Returns a function that ends that. */
   follow(robot: string, sensor: string, onPicture: OnPicture): () => void {
     const one = { robot, sensor, onPicture, sequence: 0n };
     this.followed.add(one);
@@ -61,12 +61,12 @@ export class PictureFollower {
   async round(): Promise<number> {
     let delay = INTERVAL;
     for (const one of this.followed) {
-      // A lost daemon is asked by the connection alone, until it answers.
+      // Only the connection calls a lost daemon, until it answers.
       if (!this.visible || connection.peek().state !== "live") break;
       try {
         const { robot, sensor } = one;
         const { picture } = await this.services().cameras.getPicture({ robot, sensor, timeout: WAIT }, { timeoutMs: 1000 * (WAIT + 3) });
-        // A world that stands still has the same picture.
+        // A still world has the same picture.
         if (!picture || picture.sequence === one.sequence) continue;
         one.sequence = picture.sequence;
         const shown = await shownOf(picture);
@@ -82,13 +82,13 @@ export class PictureFollower {
 
 let ours: PictureFollower | undefined;
 
-/** Shows what a camera sees until the returned function is called. */
+/** Shows the pictures of a camera until the returned function is called. */
 export function followPicture(robot: string, sensor: string, onPicture: OnPicture): () => void {
   ours ??= ofThisPage();
   return ours.follow(robot, sensor, onPicture);
 }
 
-/** This code is loaded with the first camera, so that the connection of the page does not know it. */
+/** This code is loaded with the first camera, so the page's connection does not know it. */
 function ofThisPage(): PictureFollower {
   const follower = new PictureFollower(services);
   const update = () => follower.setVisible(!document.hidden);
@@ -121,7 +121,7 @@ export async function shownOf(picture: CameraPicture): Promise<SensorPicture> {
   return { width, height, pixels, time: stamp?.simTime ?? 0 };
 }
 
-/** Numbers that follow each other have colours that differ much: hues are a golden part of a turn apart. */
+/** Consecutive numbers have very different colours: hues are a golden part of a turn apart. */
 function colorOf(link: number): readonly [number, number, number] {
   if (link === 0) return [255, 255, 255];
   const hue = (link * 0.618034) % 1;
@@ -133,7 +133,7 @@ function viewOf(bytes: Uint8Array): DataView {
   return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }
 
-/** The numbers of a plane. Throws where it is not of its size, before more than that is unpacked. */
+/** Returns the numbers of a plane. Throws if it has the wrong size, before it unpacks more. */
 async function unpacked({ compression, data }: PicturePlane, size: number): Promise<Uint8Array> {
   if (compression === PlaneCompression.UNSPECIFIED) {
     if (data.length !== size) throw new Error("the picture is not of its size");

@@ -8,9 +8,9 @@ import { toast } from "../state/toasts";
 import { messageOf } from "./error-message";
 import { services } from "./services";
 
-/** Bytes that a browser keeps while it saves them. */
+/** Maximum bytes that a browser holds while it saves them. */
 const MAX_SAVED = 1 << 30;
-/** Bytes that are asked for at one time. */
+/** Bytes of one request. */
 const PART = 1 << 20;
 
 const STATES: Record<RecordingState, RecordingInfo["state"]> = {
@@ -30,13 +30,13 @@ export function recordingOf({ name, state, bytes, files, modified }: Recording):
   };
 }
 
-/** Asks for the list again. */
+/** Fetches the list again. */
 export async function refreshRecordings(): Promise<void> {
   const { recordings: list } = await services().recordings.listRecordings({}, { timeoutMs: 5000 });
   recordings.value = list.map(recordingOf);
 }
 
-/** Begins a recording; without a name it is called by the time. Resolves to whether it began. */
+/** Begins a recording; without a name it is named by the time. Resolves to whether it began. */
 export function startRecording(name = ""): Promise<boolean> {
   return attempt(async () => {
     await services().recordings.startRecording({ name });
@@ -44,7 +44,7 @@ export function startRecording(name = ""): Promise<boolean> {
   });
 }
 
-/** Ends the one that is being made. */
+/** Ends the current recording. */
 export async function stopRecording(): Promise<void> {
   const name = beingMade.peek()?.name ?? "";
   const stopped = await attempt(async () => {
@@ -68,7 +68,7 @@ export interface RecordingContents {
   topics: { topic: string; schema: string; messages: number }[];
 }
 
-/** Reads what is in a recording, which takes long for a large one. Undefined where it cannot be. */
+/** Reads the contents of a recording, which takes long for a large one. Undefined if they cannot be read. */
 export async function recordingContents(name: string): Promise<RecordingContents | undefined> {
   let contents: RecordingContents | undefined;
   await attempt(async () => {

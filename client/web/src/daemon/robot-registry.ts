@@ -1,4 +1,4 @@
-// Which robots are in the world, with their joints and shapes: fetched only when a robot or a layout changes.
+// Robots of the world with their joints and shapes: fetched only when a robot or a layout changes.
 import { batch } from "@preact/signals";
 import type { EntityInfo, RobotScene as WireScene } from "../gen/simd/v1/entity_pb";
 import type { JointLayout } from "../gen/simd/v1/joint_pb";
@@ -18,7 +18,7 @@ export class RobotRegistry {
   private known: Layouts = new Map();
   private fetching = false;
   private notBefore = 0;
-  /** Robots whose joints are to be fetched again: with the next fetch, since one may be on its way already. */
+  /** Robots whose joints must be fetched again: with the next fetch, since one may already be running. */
   private owed = new Set<string>();
 
   /** `changed` is called after each fetch: `layouts` may differ from then on. */
@@ -38,12 +38,14 @@ export class RobotRegistry {
     await this.fetch(new Map(), new Set());
   }
 
-  /** Compares with the layouts of a state, and fetches what is new or has changed. */
+  /** Compares with the layouts of a state, and fetches new and changed ones. */
   async update(layouts: Layouts): Promise<void> {
     if (this.owed.size > 0 || !same(this.known, layouts)) await this.try();
   }
 
-  /** Fetches what changes without a new layout: the claims on joints of these robots, and whether a robot is disabled. */
+  /**
+   * Fetches data that changes without a new layout: claims on joints of these robots, and whether a robot is disabled.
+   */
   async refresh(names: ReadonlySet<string>): Promise<void> {
     for (const name of names) this.owed.add(name);
     await this.try();

@@ -1,4 +1,4 @@
-// Saved states of the world: listed, made, put back, and as files. Errors are shown as toasts.
+// Saved states of the world: listed, made, restored, and as files. Errors are shown as toasts.
 import { attempt } from "./attempt";
 import { MAX_FILE, type SavedState } from "../state/saved-states";
 import { sha256 } from "../load/sha256";
@@ -8,16 +8,16 @@ import { toast } from "../state/toasts";
 import { daemonConnection } from "./page";
 import { services } from "./services";
 
-/** Bytes that are asked for at one time. */
+/** Bytes of one request. */
 const PART = 1 << 20;
 
-/** All of them, the newest first. Rejects with the daemon's error. */
+/** Returns all of them, the newest first. Rejects with the daemon's error. */
 export async function listSavedStates(): Promise<SavedState[]> {
   const { savedStates } = await services().simulation.listSavedStates({});
   return savedStates.map(({ name, stamp, robots, owner }) => ({ name, simTime: stamp?.simTime ?? 0, robots, owner })).toReversed();
 }
 
-/** Keeps the present state under a name; without one the daemon makes one up. Resolves to whether it is kept. */
+/** Saves the present state under a name; without one the daemon chooses it. Resolves to whether it is saved. */
 export function saveState(name: string): Promise<boolean> {
   return attempt(async () => {
     const { savedState } = await services().simulation.saveState({ name });
@@ -25,7 +25,7 @@ export function saveState(name: string): Promise<boolean> {
   });
 }
 
-/** Puts the world back to a state. */
+/** Restores the world to a state. */
 export function restoreState(name: string): Promise<boolean> {
   return attempt(async () => {
     await services().simulation.restoreState({ name });
@@ -54,7 +54,7 @@ export function downloadState(name: string): Promise<boolean> {
   });
 }
 
-/** Keeps the state of a file of this machine; the world is left as it is. */
+/** Loads a saved state from a file of this machine; the world stays unchanged. */
 export function uploadState(file: File): Promise<boolean> {
   return attempt(async () => {
     const bytes = new Uint8Array(await file.arrayBuffer());

@@ -1,4 +1,4 @@
-// Sensors as the page has them.
+// Sensors in the page's form.
 import { create } from "@bufbuild/protobuf";
 import { expect, test } from "vitest";
 import { SensorInfoSchema, SensorReadingSchema, SensorReadingsSchema, SensorSchema } from "../gen/simd/v1/sensor_pb";

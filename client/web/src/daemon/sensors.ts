@@ -17,7 +17,7 @@ const KINDS: Record<string, SensorKind> = {
 
 export function sensorOf({ sensor, unavailable }: SensorInfo): Sensor {
   const { robot = "", name = "", link = "", joint = "", rate, kind } = sensor ?? {};
-  // A kind of a newer version of the schema is one all the same.
+  // A kind from a newer version of the schema is still a sensor.
   const scan = scanOf(kind);
   const lens = lensOf(kind);
   return { robot, name, kind: KINDS[kind?.case ?? ""] ?? "sensor", on: joint === "" ? link : joint, rate, unavailable, ...((scan ?? lens) && { pose: poseOf(sensor?.pose) }), ...(scan && { scan }), ...(lens && { lens }) };
@@ -25,7 +25,7 @@ export function sensorOf({ sensor, unavailable }: SensorInfo): Sensor {
 
 const STRAIGHT: Sweep = { samples: 1, min: 0, max: 0 };
 
-/** The rays of what measures ranges: a range finder has one, along x. */
+/** Returns the rays of a sensor that measures ranges: a range finder has one, along x. */
 function scanOf(kind: Wire["kind"] | undefined): Scan | undefined {
   if (kind?.case === "range") return { horizontal: STRAIGHT, vertical: STRAIGHT };
   if (kind?.case !== "lidar") return undefined;

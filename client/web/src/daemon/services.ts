@@ -73,7 +73,7 @@ function identify(name: string): Interceptor {
     request.header.set("simd-client", name);
     countRequest();
     const message = request.message as { claim?: unknown };
-    // A request for a claim names none.
+    // A request for a claim carries none.
     if (!request.stream && message.claim === "" && request.method.name !== "ReleaseJoints") message.claim = claimFor(message);
     return next(request);
   };

@@ -1,4 +1,4 @@
-// Steps of a paused world, one call after the other, for who wants to see each.
+// Steps of a paused world, one call after the other, for code that needs to see each.
 import { toast } from "../state/toasts";
 import { messageOf } from "./error-message";
 import { daemonConnection } from "./page";

@@ -25,7 +25,10 @@ export function targetOf(axis: Axis, mode: Mode, value: number): WireTarget | un
   }
 }
 
-/** All three of a ball joint as a message: roll, pitch and yaw, or what the mode has about the child's axes. */
+/**
+ * Returns all three targets of a ball joint as a message: roll, pitch and yaw, or the mode's values about the
+ * child's axes.
+ */
 export function ballTargetOf(axis: Axis, mode: Mode, values: Triple): WireTarget | undefined {
   const where = { joint: axis.joint, axis: 0 };
   switch (mode) {

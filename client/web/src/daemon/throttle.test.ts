@@ -1,4 +1,4 @@
-// The newest call is made, one at a time, and never the ones between.
+// The newest call is made, one at a time; older waiting calls are dropped.
 import { expect, test, vi } from "vitest";
 import { Throttle } from "./throttle";
 

@@ -1,6 +1,6 @@
-// Calls that are asked for faster than they are to be made: the newest, one at a time, and no faster than an interval.
+// Throttling of calls: only the newest, one at a time, and no faster than an interval.
 
-/** Makes the newest call of those that were asked for. */
+/** Makes the newest of the requested calls. */
 export class Throttle {
   private waiting: (() => Promise<unknown>) | null = null;
   private busy = false;
@@ -9,13 +9,13 @@ export class Throttle {
   /** `interval`: minimum time between the starts of two calls, milliseconds. */
   constructor(private readonly interval: number) {}
 
-  /** Asks for a call instead of the one that waits. `call` must not reject. */
+  /** Requests a call in place of the waiting one. `call` must not reject. */
   next(call: () => Promise<unknown>): void {
     this.waiting = call;
     if (!this.busy) void this.run();
   }
 
-  /** Makes none of those that wait. */
+  /** Drops the waiting call. */
   end(): void {
     this.ended = true;
     this.waiting = null;

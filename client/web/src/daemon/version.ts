@@ -1,4 +1,4 @@
 // The version of the schema that this page was built with.
 
-/** As the header `simd-api-version` says it. */
+/** The form of the header `simd-api-version`. */
 export const API_VERSION = "1.0";

@@ -1,4 +1,5 @@
-// Markers, cameras and input against a stub of a daemon: what the page keeps, what it reports, and how often it calls.
+// Markers, cameras and input against a stub of a daemon: the page's state, its reports, and the frequency of its
+// calls.
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
@@ -33,7 +34,7 @@ beforeEach(() => {
     service(ViewService, {
       nextView: (request) => {
         asked.push(request);
-        // As a daemon answers: nothing to one that has it all.
+        // Answers like a daemon: with nothing to a client that has everything.
         return create(NextViewResponseSchema, request.afterVersion === answer.version ? { version: answer.version, wantsInput: answer.wantsInput ?? false, inputClient: answer.inputClient ?? "" } : answer);
       },
       reportView: (request) => (reports.push(request), {}),

@@ -9,10 +9,10 @@ import { cameraTargetOf, colorsOf, inputOf, markerOf } from "./markers";
 import { PollLoop } from "./poll-loop";
 import type { Services } from "./services";
 
-/** Milliseconds between two polls while something changes, and else. */
+/** Milliseconds between two polls while something changes, and otherwise. */
 const INTERVAL = 1000 / 30;
 const IDLE_INTERVAL = 500;
-/** Milliseconds after the last change in which there may be another. */
+/** Milliseconds after the last change in which another is likely. */
 const ACTIVE_FOR = 2000;
 /** Milliseconds between two reports of the camera. */
 const CAMERA_INTERVAL = 100;
@@ -42,7 +42,7 @@ export class ViewLink {
     else this.loop.stop();
   }
 
-  /** Forgets the daemon before. */
+  /** Forgets the former daemon. */
   begin(): void {
     this.version = 0n;
     this.reported = null;
@@ -56,7 +56,7 @@ export class ViewLink {
       await this.fetch();
       await this.report();
     } catch {
-      // A lost daemon is detected by the poll of states, and one of an older version has no markers.
+      // The poll of states detects a lost daemon, and a daemon of an older version has no markers.
     }
     const isActive = inputFor.value !== null || performance.now() - this.changedAt < ACTIVE_FOR;
     return isActive ? INTERVAL : IDLE_INTERVAL;

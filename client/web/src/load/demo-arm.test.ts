@@ -1,4 +1,4 @@
-// The demo arm is a tree of links that bodies can have.
+// The demo arm is a tree of links that can be bodies.
 import { expect, test } from "vitest";
 import { demoArm } from "./demo-arm";
 

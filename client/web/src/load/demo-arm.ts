@@ -9,7 +9,7 @@ interface Part {
   color: string;
 }
 
-/** Capsule-like links along z, each on the joint at the end of the one before. */
+/** Capsule-like links along z, each on the joint at the end of its parent. */
 const PARTS: readonly (Part & { joint: string; axis: string; limit: number; effort: number })[] = [
   { link: "turret", joint: "waist", axis: "0 0 1", limit: 3.1, effort: 60, mass: 2.4, radius: 0.06, length: 0.16, color: "0.22 0.26 0.32 1" },
   { link: "upper_arm", joint: "shoulder", axis: "0 1 0", limit: 2, effort: 60, mass: 1.8, radius: 0.045, length: 0.34, color: "0.96 0.52 0.12 1" },
@@ -33,7 +33,7 @@ export function demoArm(): string {
   return `<?xml version="1.0"?>\n<robot name="demo_arm">\n${[PLINTH, ...PARTS].map(linkText).join("\n")}\n${joints.join("\n")}\n</robot>\n`;
 }
 
-/** A cylinder from the link's frame upwards, filled evenly. */
+/** A cylinder of uniform density from the link's frame upwards. */
 function linkText({ link, mass, radius, length, color }: Part): string {
   const across = (mass * (3 * radius ** 2 + length ** 2)) / 12;
   const along = (mass * radius ** 2) / 2;

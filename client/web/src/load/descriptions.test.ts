@@ -1,4 +1,4 @@
-// Which files of what was dropped describe robots, and in which order.
+// Descriptions of robots among dropped files, and their order.
 
 import { expect, test } from "vitest";
 import { findDescriptions, shownPath } from "./descriptions";

@@ -1,4 +1,4 @@
-// Which of the dropped files describe robots: their kinds, how many links each has, and which is the likeliest.
+// Descriptions of robots among dropped files: their kinds, their numbers of links, and the likeliest one.
 import { nameOf, parent } from "./tree";
 import type { DroppedFile } from "./load";
 
@@ -10,13 +10,13 @@ export interface Description {
   /** Among the dropped files. */
   path: string;
   kind: Kind;
-  /** Links that the file names; undefined where they are not known before it is expanded, or where it is too long to look at. */
+  /** Number of links in the file; undefined if it is known only after expansion, or if the file is too long to read. */
   links?: number;
 }
 
 /** Bytes: a longer file is listed by its name alone. */
 const MOST_BYTES = 8 << 20;
-/** The page looks into as many XML files. */
+/** Maximum number of XML files that the page reads. */
 const MOST_FILES = 2000;
 
 const ENDINGS: readonly (readonly [RegExp, Kind])[] = [
@@ -29,7 +29,7 @@ const ENDINGS: readonly (readonly [RegExp, Kind])[] = [
 /** Kind of an XML file by its first element. */
 const ROOTS: Readonly<Record<string, Kind>> = { robot: "URDF", sdf: "SDF", mujoco: "MJCF" };
 
-/** The elements that are counted. */
+/** Elements that are counted. */
 const LINKS: Readonly<Record<Exclude<Kind, "xacro">, RegExp>> = { URDF: /<link[\s>/]/g, SDF: /<link[\s>/]/g, MJCF: /<body[\s>/]/g };
 
 /** The descriptions among files, the likeliest first. */

@@ -1,4 +1,4 @@
-// Loads dropped robots: finds their files, uploads those that the daemon does not have, and spawns.
+// Loads dropped robots: finds their files, uploads those that the daemon lacks, and spawns.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import type { DescriptionSourceSchema, EntityInfo, SpawnEntityRequest, SpawnEntityRequestSchema, SpawnEntityResponse } from "../gen/simd/v1/entity_pb";
 import { AssetState, Base, MeshShapes } from "../gen/simd/v1/entity_pb";
@@ -31,16 +31,16 @@ export interface LoadOptions {
    * robots this is the position of the first.
    */
   position?: Partial<Place>;
-  /** About the world's z, radians. */
+  /** Rotation about the world's z, radians. */
   yaw: number;
   base: "described" | "fixed" | "free";
   /** Collision shape that is made from meshes. */
   meshes: "mesh" | "hull" | "parts";
-  /** Lengths are multiplied by it. */
+  /** Factor of all lengths. */
   scale: number;
 }
 
-/** World, metres. */
+/** Position in the world, metres. */
 interface Place {
   x: number;
   y: number;
@@ -73,7 +73,7 @@ export async function loadDropped(entities: Entities, dropped: DroppedFile[], ch
     let next = options;
     for (const choice of chosen) {
       await load(entities, files, tree, await descriptionOf(entities, files, choice), next, (...of) => loaded(...of, choice));
-      // Those that come with it stand beside it.
+      // The other robots of its file stand beside it.
       const { y, ...rest } = next.position ?? {};
       if (y !== undefined) next = { ...options, position: rest };
     }
@@ -87,7 +87,7 @@ async function manifestsOf(files: Map<string, File>): Promise<Map<string, string
   return new Map(await Promise.all(manifests.map(async ([path, file]) => [path, await file.text()] as const)));
 }
 
-/** Reads a description, of a xacro file what it becomes. */
+/** Reads a description; a xacro file is expanded first. */
 async function descriptionOf(entities: Entities, files: Map<string, File>, choice: Chosen): Promise<Description> {
   const what = nameOf(choice.path);
   const urdf = `${MOUNT}/${choice.path.replace(/^\/+/, "")}`;
@@ -99,7 +99,7 @@ async function descriptionOf(entities: Entities, files: Map<string, File>, choic
   return { urdf, bytes: expanded.urdf };
 }
 
-/** A description, and where it lies among the files. */
+/** A description, and its place among the files. */
 interface Description {
   urdf: string;
   bytes: Uint8Array<ArrayBuffer>;
@@ -133,7 +133,7 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   const [name, isAlone] = [spawned?.entity?.name ?? "", spawned?.others.length === 0];
   const shift = options.position?.y === undefined && isAlone ? await wayOut(name) : 0;
   if (shift > 0) {
-    // A reset puts a robot where it was spawned: it is spawned again, and not moved.
+    // A reset moves a robot to its spawn pose. So it is spawned again there, and not moved.
     await entities.deleteEntity({ robot: name });
     request = requestOf(source, options, { ...place, y: place.y + shift }, prepared.models.length > 0);
     spawned = await spawn(entities, what, request);
@@ -154,7 +154,7 @@ function requestOf(source: Source, { name, yaw, base, meshes, scale }: LoadOptio
   return { source, name, allowRenaming: true, base: chosen, pose, meshShapes: SHAPES[meshes], ...(scale !== 1 && { scale }) };
 }
 
-/** The coordinates that the user has said. */
+/** The coordinates that the user has entered. */
 function given(position: LoadOptions["position"] = {}): Partial<Place> {
   return Object.fromEntries(Object.entries(position).filter(([, value]) => value !== undefined));
 }
@@ -218,7 +218,7 @@ async function spawn(entities: Entities, what: string, request: Spawn): Promise<
   return spawned;
 }
 
-/** Keeps what was said of the robot, and has it lifted onto the ground where nothing says where it is to be. Returns what it is. */
+/** Keeps the load report of the robot, and has it lifted onto the ground if no position is given. Returns the robot. */
 function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean, isLifted: boolean): EntityInfo {
   if (!spawned?.entity) throw new Error("The daemon ended the call without a result.");
   const { name } = spawned.entity;

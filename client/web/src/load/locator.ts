@@ -3,7 +3,7 @@ import { isWithin, join, nameOf, parent, steps, type Tree } from "./tree";
 import { readings, type Reading } from "./uri";
 import type { Missing, MissingReason } from "./missing-file";
 
-/** How many folders above the URDF are searched. */
+/** Maximum number of folders above the URDF that are searched. */
 const MAX_ANCESTORS = 8;
 
 /** Extensions that a URDF may refer to: an untrusted URDF must not make the page upload other files beside it. */
@@ -22,7 +22,7 @@ export function includes(description: string): boolean {
   return DESCRIPTIONS.includes(extensionOf(description) ?? "");
 }
 
-/** Whether a file, by its name, may name others that it is drawn with. */
+/** Whether a file, by its name, may refer to files of its appearance. */
 export function mayNameMore(path: string): boolean {
   return ["obj", "mtl", "dae", "gltf", "glb"].includes(extensionOf(path) ?? "");
 }
@@ -72,7 +72,7 @@ export class Locator {
       case "absolute":
         return this.absolute(search, reading.path);
       case "relative":
-        // Anything that was dropped.
+        // Any dropped file.
         return search.look(this.folder, "/", reading.path);
     }
   }
@@ -93,14 +93,14 @@ export class Locator {
     return firstOf(folders, (folder) => search.look(folder, folder, rest));
   }
 
-  /** Exports name files from the folder of their package, also where the URDF lies deeper. */
+  /** Exports name files from the folder of their package, even if the URDF lies deeper. */
   private inRoots(search: Search, reading: Reading): string | undefined {
     if (reading.kind === "absolute" || (reading.kind === "package" && reading.name !== "")) return undefined;
     const rest = reading.kind === "package" ? reading.rest : reading.path;
     const folders = this.above.filter((folder) => this.looksLikePackage(folder));
     const home = this.home();
     if (home !== undefined && !folders.includes(home)) folders.push(home);
-    // A path that climbs out of a package is not named from its folder.
+    // A path that leaves a package does not start at its folder.
     const within = folders.filter((folder) => joinWithin(folder, folder, rest) !== undefined);
     return firstOf(within, (folder) => search.look(folder, folder, rest));
   }

@@ -1,4 +1,4 @@
-// Files have the hash by which the daemon knows them, also on pages where browsers have no SHA-256.
+// Files have the daemon's hash, even on pages where browsers offer no SHA-256.
 import { createHash } from "node:crypto";
 import { afterEach, expect, test, vi } from "vitest";
 import { sha256 } from "./sha256";

@@ -1,4 +1,4 @@
-// SHA-256 of files, which the daemon knows them by.
+// SHA-256 of files, by which the daemon knows them.
 import { sha256 as digestOf } from "@noble/hashes/sha2.js";
 import { bytesToHex } from "@noble/hashes/utils.js";
 

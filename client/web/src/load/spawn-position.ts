@@ -1,5 +1,5 @@
-// Where a robot is spawned: beside the others, since robots that overlap are separated by contact forces. The daemon is asked when the
-// place is needed: what the page has drawn is older than what it has just changed.
+// Position of a spawned robot: beside the others, since contact forces separate robots that overlap. The daemon is asked when the
+// position is needed: the page's picture is older than its last change.
 import { services } from "../daemon/services";
 
 /** Metres between other robots and the origin of the new one, whose size is not known yet. */
@@ -9,41 +9,41 @@ const GAP = 0.2;
 /** Extent from which an object counts as ground, because a robot cannot be placed beside it: metres along x and along y. */
 const WIDE = 10;
 
-/** How far a robot reaches along y, metres. */
+/** Returns the extent of a robot along y, metres. */
 export interface Reach {
   lower: number;
   upper: number;
 }
 
-/** The origin of an empty world, else to the left of all robots, along y: world_from_root, metres. */
+/** Returns the origin of an empty world, else a position to the left of all robots, along y: world_from_root, metres. */
 export async function freePlace(): Promise<{ x: number; y: number; z: number }> {
   return { x: 0, y: nextPlace(await reaches()), z: 0 };
 }
 
-/** How far along y a new robot has to go to stand beside all others; 0 where it does. */
+/** Returns the distance along y that a new robot must move to stand beside all others; 0 if it already does. */
 export async function wayOut(robot: string): Promise<number> {
   return shiftOf(robot, await reaches());
 }
 
-/** Where along y the next origin is. */
+/** Returns the next origin along y. */
 export function nextPlace(all: ReadonlyMap<string, Reach>): number {
   const left = Math.max(...[...all.values()].map(({ upper }) => upper));
   return Number.isFinite(left) ? left + DISTANCE : 0;
 }
 
-/** How far along y a robot has to go to have a gap to all others. */
+/** Returns the distance along y that a robot must move to have a gap to all others. */
 export function shiftOf(robot: string, all: ReadonlyMap<string, Reach>): number {
   const own = all.get(robot);
   const left = Math.max(...[...all].filter(([name]) => name !== robot).map(([, { upper }]) => upper));
   return own && Number.isFinite(left) ? Math.max(0, left + GAP - own.lower) : 0;
 }
 
-/** How far each robot reaches that is no ground: by what it touches with, and by the origins of its links. */
+/** Returns the extent of each robot that is not ground, by its collision shapes and the origins of its links. */
 async function reaches(): Promise<Map<string, Reach>> {
   const { contacts, entities } = services();
   const [{ links }, { robots }] = await Promise.all([contacts.getLinkBounds({}), entities.getLinkPoses({})]);
   const ground = new Set(links.filter(({ lower, upper }) => lower && upper && upper.x - lower.x > WIDE && upper.y - lower.y > WIDE).map(({ robot }) => robot));
-  // Planes have no bounds, nor has what touches nothing.
+  // Planes have no bounds, nor do robots without collision shapes.
   const bounded = new Set(links.map(({ robot }) => robot));
   const unbounded = robots.map(({ robot }) => robot).filter((robot) => !bounded.has(robot));
   const { robots: scenes } = unbounded.length === 0 ? { robots: [] } : await entities.getScene({ robots: unbounded });

@@ -1,6 +1,6 @@
 // Dropped files as a tree of folders, with the names of packages from their manifests.
 
-/** Where dropped files are mounted, since a page does not learn the path of the folder that they are from. */
+/** Root of dropped files, since a page does not learn the path of their folder. */
 export const MOUNT = "/dropped";
 
 /** A tree whose paths are all absolute. */

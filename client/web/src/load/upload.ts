@@ -4,7 +4,7 @@ import type { Services } from "../daemon/services";
 /** Bytes of a file in one message: well below the limit of the daemon, and enough to make round trips negligible. */
 const PART_BYTES = 1024 * 1024;
 
-/** Sends a file that the daemon knows by its SHA-256. Before each part, `progress` is called with the bytes that are sent. */
+/** Sends a file under its SHA-256. Before each part, `progress` is called with the number of sent bytes. */
 export async function uploadFile(entities: Services["entities"], hash: string, bytes: Uint8Array<ArrayBuffer>, progress: (sent: number) => void = () => undefined): Promise<void> {
   for (let offset = 0; offset === 0 || offset < bytes.length; offset += PART_BYTES) {
     progress(offset);

@@ -25,7 +25,7 @@ export function readings(uri: string): Reading[] | MissingReason {
   return JSON.stringify(decoded) === JSON.stringify(literal) ? [literal] : [literal, decoded];
 }
 
-/** Percent codes as bytes of UTF-8; a `%` that starts no code is kept. */
+/** Decodes percent codes as bytes of UTF-8; a `%` that starts no code is kept. */
 function decode(text: string): string | undefined {
   const coded = text.replace(/%(?![0-9A-Fa-f]{2})/g, "%25");
   try {

@@ -1,11 +1,11 @@
-// Xacro among dropped files: what arguments they take, and their expansion, which is the daemon's.
+// Xacro among dropped files: their arguments, and their expansion by the daemon.
 import type { Services } from "../daemon/services";
 import { checkSize } from "./limits";
 import { MOUNT, nameOf } from "./tree";
 
-/** Files that a xacro file may include or read, and what says which package a folder is. */
+/** Files that a xacro file may include or read, and manifests, which give folders their package names. */
 const SOURCES = /\.(xacro|urdf|xml|gazebo|ya?ml)$/i;
-/** Bytes: a larger file is no source that a person wrote, and the daemon reads none. */
+/** Bytes: no person writes a larger source, and the daemon reads none. */
 const MOST_BYTES = 4 << 20;
 
 /** A file that is to be loaded. */
@@ -19,7 +19,7 @@ export interface Chosen {
 /** An argument that a file declares. */
 export interface XacroArgument {
   name: string;
-  /** Undefined if it has to be given. */
+  /** Undefined if a value is required. */
   preset: string | undefined;
 }
 
@@ -48,7 +48,7 @@ function plain(text: string): string {
   return text.replace(/&(?:lt|gt|quot|apos|amp);/g, (sign) => signs[sign] ?? sign);
 }
 
-/** The URDF that a file among the dropped ones becomes, and what its files say by `xacro.message` and `xacro.warning`. */
+/** Returns the URDF that a dropped file expands to, and its messages by `xacro.message` and `xacro.warning`. */
 export async function expandXacro(entities: Services["entities"], files: ReadonlyMap<string, File>, { path, values }: Chosen): Promise<{ urdf: Uint8Array<ArrayBuffer>; messages: string[] }> {
   const sources = [...files].filter(([name, { size }]) => SOURCES.test(name) && size <= MOST_BYTES);
   checkSize(nameOf(path), "message", sources.reduce((sum, [, { size }]) => sum + size, 0));

@@ -1,17 +1,17 @@
-// Makes zips for tests: as programs make them, and as they must not be.
+// Zips for tests: valid ones as programs make them, and forbidden ones.
 import { deflateRawSync } from "node:zlib";
 
 /** One file of an archive. */
 export interface ZipPart {
   name: string;
   bytes: Uint8Array | string;
-  /** Said instead of the true one. */
+  /** Stated in place of the true value. */
   size?: number;
   flags?: number;
   isStored?: boolean;
 }
 
-/** An archive of these files. `count` is said instead of how many there are. */
+/** Returns an archive of these files. `count` is stated in place of their number. */
 export function zipOf(parts: readonly ZipPart[], count = parts.length): Uint8Array<ArrayBuffer> {
   const locals: Buffer[] = [];
   const central: Buffer[] = [];

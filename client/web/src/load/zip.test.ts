@@ -1,4 +1,4 @@
-// A zip is opened in the page, and one that lies or would fill the memory is refused.
+// A zip is opened in the page; a zip with false sizes or one that would fill the memory is refused.
 import { expect, test } from "vitest";
 import { openZip, ZIP_LIMITS } from "./zip";
 import { zipOf, type ZipPart } from "./zip-fixture";

@@ -1,4 +1,4 @@
-// Opens a zip that was dropped: nothing in it is trusted, neither its sizes nor its names.
+// Opens a dropped zip: nothing in it is trusted, neither its sizes nor its names.
 import type { DroppedFile } from "./load";
 
 /** Limits of an archive's contents. */
@@ -7,14 +7,14 @@ export interface ZipLimits {
   entries: number;
   /** Bytes of all files once they are unpacked. */
   bytes: number;
-  /** How many times as long as its packed bytes a file may be. */
+  /** Maximum ratio of a file's length to its packed length. */
   ratio: number;
 }
 
-/** More than any package of a robot has; a picture of one colour packs into a two hundredth. */
+/** More than any robot package has; a picture of one colour packs into a two hundredth. */
 export const ZIP_LIMITS: ZipLimits = { entries: 20_000, bytes: 1 << 30, ratio: 250 };
 
-/** Shorter files may pack as well as they do. */
+/** Shorter files may have any ratio. */
 const RATIO_FROM = 1 << 20;
 /** A zip ends with a record of this many bytes, and a comment. */
 const END_BYTES = 22;
@@ -90,7 +90,7 @@ async function entriesOf(zip: File, limits: ZipLimits): Promise<Entry[]> {
   return entries;
 }
 
-/** A name with slashes between folders, and no way out of the archive; empty for one that has nothing left. */
+/** Returns a name with slashes between folders, and without a way out of the archive; empty if nothing remains. */
 function pathOf(name: Uint8Array<ArrayBuffer>, isUtf8: boolean): string {
   const text = new TextDecoder(isUtf8 || isPlain(name) ? "utf-8" : "windows-1252").decode(name).replaceAll("\\", "/");
   const steps = text.split("/").filter((step) => step !== "" && step !== "." && step !== "..");
@@ -121,7 +121,7 @@ async function unpack(zip: File, { path, method, packed, size, offset }: Entry, 
     return source;
   }
   let length = 0;
-  // The list may lie about how long a file is.
+  // The list may state a false length.
   const counted = new TransformStream<Uint8Array, Uint8Array<ArrayBuffer>>({
     transform(part, controller) {
       length += part.length;
