@@ -1,4 +1,4 @@
-"""A1, a robot with four legs that the package `pybullet_data` has, on level ground."""
+"""A1, a robot with four legs from the package `pybullet_data`, on level ground."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from simd_client import Robot, Simulation, Surface
 data: Any = importlib.import_module("pybullet_data")
 
 LEGS = ("FR", "FL", "RR", "RL")
-"""Front right, and so on."""
+"""Legs: front right, and so on."""
 
 JOINTS = tuple(f"{leg}_{part}_joint" for leg in LEGS for part in ("hip", "upper", "lower"))
 STAND = dict(zip(JOINTS, (0.0, 0.8, -1.6) * 4))
 """rad."""
 
 HEIGHT = 0.2987
-"""Of the trunk when it stands: two parts of 0.2 m at 0.8 rad, and a foot of 0.02 m."""
+"""Height of the standing trunk: two parts of 0.2 m at 0.8 rad, and a foot of 0.02 m."""
 
 FRICTION = 0.8
 GROUND = "ground"
@@ -31,7 +31,7 @@ def urdf() -> Path:
 
 
 def standing(sim: Simulation) -> Robot:
-    """Loads it into a world that is paused, on a plane, and lets it stand for a second."""
+    """Loads it into a paused world, on a plane, and lets it stand for a second."""
     sim.add_plane(name=GROUND, friction=FRICTION)
     robot = sim.load(
         urdf(), "a1", fixed=False, position=(0, 0, HEIGHT), joint_positions=STAND, surfaces=Surface(friction=FRICTION)

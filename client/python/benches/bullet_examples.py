@@ -3,9 +3,10 @@
     pip install -r bullet_requirements.txt
     python bullet_examples.py FOLDER [SCRIPT ...] [--json FILE]
 
-FOLDER has the scripts: `examples/pybullet/examples` of Bullet's repository, or with --all and `examples/pybullet/gym` those of the
-folders below it, which run as modules of their packages. Each runs in a process of its own in a copy of its folder
-(bullet_script.py). With --json what was found is kept, and a run that was ended goes on where it was: with --seconds it ends by itself.
+FOLDER has the scripts: `examples/pybullet/examples` of Bullet's repository. With --all and
+`examples/pybullet/gym` it takes the scripts of the folders below, which run as modules of their packages.
+Each runs in a separate process in a copy of its folder (bullet_script.py). With --json the results are kept,
+and an interrupted run continues; with --seconds it ends after that time.
 """
 
 # pyright: basic
@@ -40,11 +41,12 @@ def module_of(root: Path, script: str) -> str | None:
 
 
 def run(root: Path, data: Path | None, script: str, name: str, most: float) -> dict[str, Any]:
-    """The result of a script in a process of its own, which may take so many seconds. It may be in a folder below."""
+    """Returns the result of a script in a separate process, with a time limit. The script may be in a folder
+    below."""
     with tempfile.TemporaryDirectory() as scratch:
         shutil.copytree((root / script).parent, scratch, dirs_exist_ok=True)
         if data:
-            # Not by symbolic links, which a robot's files may not leave their folder by.
+            # Symbolic links do not work, since a robot's files may not leave their folder by them.
             shutil.copytree(data, scratch, copy_function=_linked, dirs_exist_ok=True)
         # Scripts write beside their data.
         result = Path(scratch) / "result.json"
@@ -60,7 +62,7 @@ def run(root: Path, data: Path | None, script: str, name: str, most: float) -> d
             try:
                 _, said = process.communicate(timeout=most)
             except subprocess.TimeoutExpired:
-                # And those that it started.
+                # This includes the processes that those started.
                 os.killpg(process.pid, signal.SIGKILL)
                 process.communicate()
                 return {"end": "timeout", "why": f"no end after {most:g} s", "state": None, "steps": 0, "used": []}
@@ -73,7 +75,7 @@ def run(root: Path, data: Path | None, script: str, name: str, most: float) -> d
 
 
 def _linked(source: str, target: str) -> None:
-    """The same file in another folder, where none of that name is there."""
+    """Returns the same file in another folder that lacks its name."""
     if not os.path.lexists(target):
         try:
             os.link(source, target)
@@ -103,7 +105,7 @@ def compared(ours: Any, theirs: Any) -> str:
 
 
 class Results:
-    """What was found, by script and side, in a file after each."""
+    """Results, by script and side, in a file after each."""
 
     def __init__(self, file: Path | None) -> None:
         self.file = file
@@ -120,7 +122,7 @@ class Results:
         print(script, side, found["end"], found["steps"], found["why"], "|", differ, flush=True)
 
     def write(self) -> None:
-        """Writes the file, whole."""
+        """Writes the complete file."""
         if self.file:
             beside = self.file.with_suffix(".part")
             beside.write_text(json.dumps(self.found))
@@ -128,17 +130,17 @@ class Results:
 
 
 def is_reached(both: dict[str, Any]) -> bool:
-    """Whether a script comes to its end on PyBullet."""
+    """Whether a script reaches its end on PyBullet."""
     return both["pybullet"]["end"] in ("cap", "end")
 
 
 def is_same(both: dict[str, Any]) -> bool:
-    """Whether it comes to the same end on simd."""
+    """Whether it reaches the same end on simd."""
     return is_reached(both) and both["simd"]["end"] == both["pybullet"]["end"]
 
 
 def print_scripts(found: dict[str, dict[str, Any]], whole: bool) -> None:
-    """The table of scripts. If not whole, only of those that are more than a module that is imported."""
+    """Returns the table of scripts; unless whole, without imported modules."""
     rows = {script: both for script, both in sorted(found.items()) if len(both) == 2}
     reached = [script for script, both in rows.items() if is_reached(both)]
     same = [script for script in reached if is_same(rows[script])]
@@ -155,7 +157,7 @@ def print_scripts(found: dict[str, dict[str, Any]], whole: bool) -> None:
         print(f"| {script.removesuffix('.py')} | {reaches} | {_shown(both['pybullet'])} | {_shown(both['simd'])} | {differ} |")
 
 
-# What is said of a failure in the table, by a part of its message.
+# Descriptions of failures in the table, by a part of their message.
 REASONS = {
     "rigid bodies only": "needs soft bodies",
     "number of robots": "needs more than 1000 bodies",
@@ -183,14 +185,15 @@ def _shown(found: dict[str, Any]) -> str:
 
 
 def print_functions(folders: list[Path]) -> None:
-    """The functions of PyBullet's by the number of scripts whose text calls them, with their state by docs/pybullet.md."""
+    """Returns PyBullet's functions by the number of scripts with a call, with their state from
+    docs/pybullet.md."""
     document = Path(__file__).resolve().parents[3] / "docs/pybullet.md"
     states: dict[str, str] = {}
     for line in document.read_text().splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
         if len(cells) == 3 and cells[1] in ("works", "accepted", "raises"):
             states.update({name: cells[1] for name in re.findall(r"`(\w+)`", cells[0])})
-    # A folder's figure is of its scripts that import PyBullet, or are given it as a client.
+    # A folder's figure counts scripts that import PyBullet, or receive it as a client.
     counts = {name: [0] * len(folders) for name in states}
     for index, folder in enumerate(folders):
         for script in folder.rglob("*.py"):
@@ -204,7 +207,7 @@ def print_functions(folders: list[Path]) -> None:
 
 
 def main() -> None:
-    """Runs what has not run yet."""
+    """Runs the remaining scripts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("scripts", nargs="*")

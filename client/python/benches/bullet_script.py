@@ -2,9 +2,9 @@
 
     python bullet_script.py pybullet|simd ROOT MODULE RESULT
 
-MODULE is a file of this folder, or the name of a module below ROOT. RESULT is written: how the script ended, which functions it called,
-and where the bodies are. Its clock is moved on by steps and by `sleep`, what is random begins equal on both, and what needs a window has
-the answers of one that is left alone.
+MODULE is a file of this folder, or the name of a module below ROOT. RESULT receives the end of the script,
+its called functions, and the poses of the bodies. Steps and `sleep` advance its clock, and random numbers
+begin equal on both. Functions for a window return the answers of an untouched one.
 """
 
 # PyBullet has no types.
@@ -22,7 +22,7 @@ from typing import Any
 
 STEPS = 240
 CALLS = 20_000
-# What getDebugVisualizerCamera returns in a window that was just opened.
+# Result of getDebugVisualizerCamera in a new window.
 UNIT = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 CAMERA = (1024, 768, UNIT, UNIT, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0, -35.0, 5.0, (0.0, 0.0, 0.0))
 
@@ -44,7 +44,7 @@ class Watched:
         }
         self.used: set[str] = set()
         self.real_sleep: Any = None
-        # The connection that was used last: scripts with several have numbers.
+        # Last used connection: scripts with several have numbers.
         self.client = 0
 
     def install(self) -> None:
@@ -78,7 +78,7 @@ class Watched:
 
         return call
 
-    # What differs from the module itself.
+    # Differences from the module itself.
 
     def connect(self, mode: int, *arguments: Any, **named: Any) -> int:
         windows = {self.module.GUI, self.module.SHARED_MEMORY, self.module.GUI_SERVER, self.module.DIRECT}
@@ -92,7 +92,7 @@ class Watched:
 
         if not self.result.exists():
             self.write("end", "")
-        # A script that waits for a daemon's end sleeps in earnest.
+        # A script that waits for a daemon's end really sleeps.
         time.sleep = self.real_sleep
         self.original["disconnect"](*arguments, **named)
         time.sleep = self.sleep
@@ -106,7 +106,7 @@ class Watched:
         return answer
 
     def setRealTimeSimulation(self, enableRealTimeSimulation: int, physicsClientId: int = 0) -> None:
-        """The clock is not the wall's: `sleep` does the steps."""
+        """The clock is simulated: `sleep` makes the steps."""
         self.plays = bool(enableRealTimeSimulation)
 
     def sleep(self, seconds: float) -> None:
@@ -164,7 +164,7 @@ class Watched:
 
 
 def begin_random() -> None:
-    """What is random begins equal."""
+    """Random numbers begin equal."""
     import random
 
     import numpy
@@ -185,7 +185,7 @@ def main() -> None:
     import traceback
 
     name, root, script, result = sys.argv[1:5]
-    # That of PyBullet's package: the repository's lacks files.
+    # Data of PyBullet's package: the repository's lacks files.
     importlib.import_module("pybullet_data")
     if name == "simd":
         import simd_client.pybullet as module
@@ -208,7 +208,7 @@ def main() -> None:
             runpy.run_module(script, run_name="__main__", alter_sys=True)
         how, why = "end", ""
     except SystemExit as asked:
-        # As a wrong command line ends, and a script that refuses.
+        # Also the end after a wrong command line, or of a script that refuses.
         how = "error" if asked.code not in (None, 0) else "end"
         why = f"exit {asked.code}"[:200] if how == "error" else ""
     except BaseException as problem:

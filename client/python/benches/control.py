@@ -1,10 +1,10 @@
-"""Predictive control by rollouts from a process of its own, fifty times a second, of a world that plays in real time.
+"""Predictive control by rollouts from another process, fifty times a second, in a real-time world.
 
     python benches/control.py [--starts 20] [--seed 1] [--lockstep] [--out target/rollouts/control.png]
 
-A pole is swung up on a cart, and an arm reaches past a post, each from so many starts. Prints in how many it succeeds, and how long a
-call takes from here over Zenoh and back; draws both. With --lockstep the worlds wait for each turn, so that no machine is too slow.
-SIMD_BINARY says which daemon.
+A pole is swung up on a cart, and an arm reaches past a post, each from several starts. Prints the number of
+successes, and the duration of a call over Zenoh and back; draws both. With --lockstep the worlds wait for
+each turn, so that any machine is fast enough. SIMD_BINARY selects the daemon.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ SPREAD = 0.2  # of starts: rad, m, rad/s and m/s
 
 @dataclass(frozen=True)
 class Swing:
-    """What became of one start of the pole."""
+    """Result of one start of the pole."""
 
     reached: bool
     seconds: float
-    """Simulated, until the pole was upright and stayed so."""
+    """Simulated seconds until the pole was upright and stayed so."""
     calls: list[float]
-    """Seconds that each rollout took."""
+    """Wall seconds of each rollout."""
     times: list[float]
     leans: list[float]
     """rad from upright, of each turn."""
@@ -70,7 +70,7 @@ def main() -> None:
 def table(
     name: str, trials: Callable[[Simulation, int, int, bool], Iterator[Any]], asked: argparse.Namespace
 ) -> list[Any]:
-    """Does them with a daemon of their own, and prints a line."""
+    """Runs them with a separate daemon, and prints a line."""
     with Daemon("--paused") as daemon, simd_client.connect(daemon.endpoint) as sim:
         done = list(trials(sim, asked.starts, asked.seed, asked.lockstep))
         behind = sim.statistics.overruns
@@ -88,7 +88,7 @@ def table(
 
 
 def swing_up(sim: Simulation, starts: int, seed: int, lockstep: bool) -> Iterator[Swing]:
-    """Swings the pole up from so many starts, around where it hangs, one after the other."""
+    """Swings the pole up from several starts, around its hanging position, one after the other."""
     random = np.random.default_rng(seed)
     sim.set_physics(time_step=TURN / cart_pole.STEPS)
     cart = sim.load(cart_pole.ROBOT, "cart_pole", fixed=True, passive=True, joint_positions={"pole": np.pi})
@@ -106,7 +106,7 @@ def swing_up(sim: Simulation, starts: int, seed: int, lockstep: bool) -> Iterato
         since: float | None = None
         turn = time.monotonic()
         while at < SECONDS and (since is None or at - since < HELD):
-            # While the copies are computed the world goes on with the first knot, which was sent before.
+            # While the copies are computed the world continues with the first knot, which was sent before.
             asked_at = time.monotonic()
             plan, found = cart_pole.improved(sim, cart, costs, plan, random, settled=1)
             calls.append(time.monotonic() - asked_at)
@@ -115,7 +115,7 @@ def swing_up(sim: Simulation, starts: int, seed: int, lockstep: bool) -> Iterato
                 over = 1
             else:
                 time.sleep(max(0.0, turn + TURN - time.monotonic()))
-                # One knot is over, or more of them where the call was late.
+                # One knot is over, or more if the call was late.
                 over = round((time.monotonic() - turn) / TURN)
             turn = time.monotonic()
             last = np.repeat(plan[-1:], min(over, len(plan)), axis=0)
@@ -134,7 +134,7 @@ def swing_up(sim: Simulation, starts: int, seed: int, lockstep: bool) -> Iterato
 
 
 def draw(swings: list[Swing], reaches: list[reaching.Trial], seed: int, path: Path) -> None:
-    """Leans over time, ways of the hand from above, and how long calls took."""
+    """Draws leans over time, paths of the hand from above, and durations of calls."""
     figure, (poles, hands, calls) = subplots(
         3, f"rollouts from a remote process at 50 Hz, the world in real time: {len(swings)} starts each, seed {seed}"
     )
@@ -163,7 +163,7 @@ def draw(swings: list[Swing], reaches: list[reaching.Trial], seed: int, path: Pa
 
 
 def count(trials: list[Swing] | list[reaching.Trial]) -> str:
-    """How many succeeded."""
+    """Returns the number of successes."""
     return f"{sum(each.reached for each in trials)} of {len(trials)}"
 
 

@@ -2,8 +2,8 @@
 
     python benches/environment.py [--steps 4000]
 
-A step sets twelve motors, steps, and reads the joints, the base and the contacts. Prints environment-steps a second of each, in blocks
-that take their places by turns. Needs PyBullet, pybullet_data and the wheel `simd-embedded`.
+A step sets twelve motors, steps, and reads the joints, the base and the contacts. Prints environment-steps a
+second of each, in alternating blocks. Needs PyBullet, pybullet_data and the wheel `simd-embedded`.
 """
 
 from __future__ import annotations

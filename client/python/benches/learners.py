@@ -1,9 +1,10 @@
-"""What learners get with each generation, by seed: a pole on a cart (`examples/learning.py`), and A1 that learns to walk (`walking_a1.py`).
+"""Results of learners by generation and seed: a pole on a cart, and A1 that learns to walk.
 
     python benches/learners.py [--pole 25] [--walk 60] [--seeds 1 2 3] [--out target/rollouts/learners.png]
 
-So many generations of each; 0 leaves one out. Draws the curves, and says how well what was learned does. Needs gymnasium for the pole
-and `pybullet_data` for A1; SIMD_BINARY says which daemon.
+The pole is `examples/learning.py`, A1 `walking_a1.py`. The options are numbers of generations; 0 leaves one
+out. Draws the curves, and prints the results of the learned policies. Needs gymnasium for the pole and
+`pybullet_data` for A1; SIMD_BINARY selects the daemon.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from simd_client.geometry import FloatArray
 sys.path[:0] = [str(Path(__file__).parents[1] / folder) for folder in ("tests", "examples")]
 from daemon import Daemon
 
-SHOWN = 1000  # the seed of what is tried after learning, which no learner has
+SHOWN = 1000  # seed of the trials after learning, which no learner has
 
 
 def main() -> None:
-    """Prints a line for each generation and what was learned, and draws."""
+    """Prints a line for each generation and for the learned policies, and draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--pole", type=int, default=25)
     parser.add_argument("--walk", type=int, default=60)
@@ -94,7 +95,7 @@ def walks(sim: Simulation, count: int, seeds: list[int], axis: Any) -> None:
 
 
 def curve(axis: Any, got: FloatArray, seed: int) -> None:
-    """The mean of each generation, and its range."""
+    """Draws the mean of each generation, and its range."""
     generations = np.arange(len(got))
     (line,) = axis.plot(generations, got.mean(axis=1), marker=".", label=f"seed {seed}")
     axis.fill_between(generations, got.min(axis=1), got.max(axis=1), color=line.get_color(), alpha=0.12)

@@ -1,10 +1,11 @@
-"""Environment-steps a second: `RolloutEnv` over Zenoh, beside the same environment in MuJoCo by way of gymnasium.
+"""Environment-steps a second: `RolloutEnv` over Zenoh, beside the same environment in MuJoCo.
 
     python benches/learning_env.py [--robot cart_pole|a1] [--environments 64] [--turns 300]
 
-cart_pole: an action is a force for four steps of 5 ms; environments whose pole fell are reset. a1: an action is targets of twelve
-joints, around the posture in which A1 stands, for ten steps of 2 ms; gymnasium's environment is `Ant-v5` with A1's model. Actions are
-drawn anew for each turn, and kinds take their places by turns. Needs `gymnasium[mujoco]` and `pybullet_data`; SIMD_BINARY says which daemon.
+MuJoCo is used through gymnasium. cart_pole: an action is a force for four steps of 5 ms; environments with a
+fallen pole are reset. a1: an action is targets of twelve joints, around A1's standing posture, for ten steps
+of 2 ms; gymnasium's environment is `Ant-v5` with A1's model. Actions are drawn again for each turn, and kinds
+alternate. Needs `gymnasium[mujoco]` and `pybullet_data`; SIMD_BINARY selects the daemon.
 """
 
 from __future__ import annotations
@@ -37,14 +38,14 @@ from daemon import Daemon
 gymnasium: Any = importlib.import_module("gymnasium")
 
 Draw = Callable[[np.random.Generator, int], FloatArray]
-"""Actions for so many environments."""
+"""Draws actions for this many environments."""
 
 ROUNDS = 5
-LARGER = 16  # how many times as many environments simd has in its second row
+LARGER = 16  # Factor of simd's environments in its second row
 MODES = ("sync", "async")
 FORCE = 20.0
 ROBOT = Path(__file__).parents[1] / "examples" / "robots" / "cart_pole.urdf"
-# The same masses, inertias, limits and damping as the URDF's.
+# Same masses, inertias, limits and damping as in the URDF.
 IN_MUJOCO = """<mujoco><option timestep="0.005" integrator="implicitfast"/><worldbody>
 <body name="cart"><inertial pos="0 0 0" mass="1" diaginertia=".004 .004 .004"/>
 <joint name="slide" type="slide" axis="1 0 0" range="-1.8 1.8" limited="true" damping=".1"/>
@@ -78,7 +79,7 @@ def main() -> None:
 
 
 def poles(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any], Draw]:
-    """A pole on a cart, of each kind; with what draws actions."""
+    """A pole on a cart, of each kind, with a source of actions."""
     sim.set_physics(time_step=0.005)
     cart = sim.load(ROBOT, "cart_pole", fixed=True, passive=True)
     file.write_text(IN_MUJOCO)
@@ -98,12 +99,12 @@ def poles(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any], Draw
 
 
 def quadrupeds(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any], Draw]:
-    """A1 on the ground, of each kind; with what draws actions."""
+    """A1 on the ground, of each kind, with a source of actions."""
     time_step = 0.002
     sim.set_physics(time_step=time_step)
     robot = a1.standing(sim)
     names = robot.joint_names
-    root = 2 * len(names)  # of an observation: where the root's pose begins; its twist is seven numbers further
+    root = 2 * len(names)  # Index of the root's pose in an observation; its twist is seven numbers further
     file.write_text(mujoco_models.standing(robot, a1.urdf(), a1.HEIGHT, a1.FRICTION, time_step))
     kinds: dict[str, Any] = {
         f"simd, {copies} environments": RolloutEnv(
@@ -127,7 +128,7 @@ def quadrupeds(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any],
 
 
 def throughput(envs: Any, draw: Draw, turns: int) -> float:
-    """Environment-steps a second, of all environments together."""
+    """Returns environment-steps a second, of all environments together."""
     random = np.random.default_rng(1)
     envs.reset(seed=1)
     actions = [draw(random, envs.num_envs) for _ in range(turns)]

@@ -1,4 +1,4 @@
-"""Robots of URDFs as MuJoCo's models, with the gains, damping and limits that simd has them with."""
+"""Robots of URDFs as MuJoCo's models, with simd's gains, damping and limits."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from simd_client.geometry import FloatArray
 mujoco: Any = importlib.import_module("mujoco")
 
 ROBOT, REST = ("1", "2"), ("2", "3")
-"""contype and conaffinity: links touch anything but each other, as in simd."""
+"""contype and conaffinity: links touch everything but each other, as in simd."""
 
 
 def standing(robot: Robot, urdf: Path, height: float, friction: float, time_step: float) -> str:
-    """MJCF of a robot whose root is free, at a height above a plane."""
+    """Returns MJCF of a robot with a free root, at a height above a plane."""
     model = _converted(urdf, {"visual"}, is_free=True)
     world = _child(model, "worldbody")
     for geom in world.iter("geom"):
@@ -35,26 +35,26 @@ def standing(robot: Robot, urdf: Path, height: float, friction: float, time_step
 
 
 def fixed(robot: Robot, urdf: Path, time_step: float) -> str:
-    """MJCF of a robot on a fixed base without shapes, with contacts switched off."""
+    """Returns MJCF of a robot on a fixed base without shapes, with contacts switched off."""
     model = _converted(urdf, {"visual", "collision"}, is_free=False)
     xml.SubElement(_child(model, "option"), "flag", contact="disable")
     return _driven(model, robot, time_step)
 
 
 def positions(model: Any, names: tuple[str, ...]) -> list[int]:
-    """Where joints have their values in `qpos`."""
+    """Returns the joints' indices in `qpos`."""
     return [int(model.joint(name).qposadr[0]) for name in names]
 
 
 def posed(model: Any, pose: Mapping[str, float]) -> FloatArray:
-    """`qpos` of a model with joints at these positions, and all else where its file has it."""
+    """Returns `qpos` of a model with joints at these positions, and everything else at its file's values."""
     qpos: FloatArray = np.array(model.qpos0, dtype=np.float64)
     qpos[positions(model, tuple(pose))] = list(pose.values())
     return qpos
 
 
 def _converted(urdf: Path, without: set[str], *, is_free: bool) -> xml.Element:
-    """A URDF as MuJoCo writes it, without some elements of links."""
+    """Returns a URDF as MuJoCo writes it, without some elements of links."""
     robot = xml.fromstring(urdf.read_text())
     for link in robot.iter("link"):
         for shape in [each for each in link if each.tag in without]:
@@ -71,8 +71,8 @@ def _converted(urdf: Path, without: set[str], *, is_free: bool) -> xml.Element:
 
 
 def _driven(model: xml.Element, robot: Robot, time_step: float) -> str:
-    """With position actuators. simd's damping is damping of joints here, which Euler integrates implicitly: as an actuator's `kv` it
-    would not be stable."""
+    """Adds position actuators. simd's damping becomes damping of joints here, which Euler integrates
+    implicitly: as an actuator's `kv` it would not be stable."""
     option = _child(model, "option")
     option.set("timestep", str(time_step))
     option.set("integrator", "Euler")
@@ -98,7 +98,7 @@ def _driven(model: xml.Element, robot: Robot, time_step: float) -> str:
 
 
 def _child(parent: xml.Element, tag: str) -> xml.Element:
-    """The first one, which is made if there is none."""
+    """Returns the first one, which is made if none exists."""
     found = parent.find(tag)
     return xml.SubElement(parent, tag) if found is None else found
 

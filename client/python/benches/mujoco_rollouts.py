@@ -2,12 +2,13 @@
 
     python benches/mujoco_rollouts.py [--copies 1024] [--steps 200] [--rounds 15] [--mjx] [--out target/rollouts/mujoco_rollouts.png]
 
-Steps are of 1 ms, with targets of all joints that change every 50 steps, the same numbers in both, in batches that take their places
-by turns. simd computes in a daemon, on all processors since its world is paused, and each batch is a call over Zenoh with its
-answer; MuJoCo computes in this process, on a thread for each processor. A1 stands on a plane, its targets around the posture in which
-it stands; the arm touches nothing. With `--mjx` MJX takes a turn with the arm too: all copies in one program that XLA compiles for the
-processors, in double precision, the time of compilation left out. On two processors 64 copies of 20 steps took it 28 s: ask for few.
-Needs `mujoco`, `mujoco-mjx` and `pybullet_data`; SIMD_BINARY says which daemon.
+Steps are of 1 ms, with targets of all joints that change every 50 steps, the same numbers in both, in
+alternating batches. simd computes in a daemon, on all processors since its world is paused, and each batch is
+a call over Zenoh with its answer. MuJoCo computes in this process, on a thread for each processor. A1 stands
+on a plane, with targets around its standing posture; the arm touches nothing. With `--mjx` MJX takes a turn
+with the arm too: all copies in one program that XLA compiles for the processors, in double precision. The
+time of compilation is left out. On two processors 64 copies of 20 steps took it 28 s: ask for few. Needs
+`mujoco`, `mujoco-mjx` and `pybullet_data`; SIMD_BINARY selects the daemon.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from daemon import ASSETS, Daemon
 
 TIME_STEP = 0.001
-KNOT = 50  # steps for which a target holds
+KNOT = 50  # Steps for which a target holds
 ARM = ASSETS / "seven_arm" / "urdf" / "seven_arm.urdf"
 
 
@@ -52,15 +53,16 @@ class Case:
     model: Any
     datas: list[Any]
     state: FloatArray
-    """MuJoCo's, that all copies start from."""
+    """MuJoCo's initial state of all copies."""
     went: FloatArray
-    """Where MuJoCo writes the state after each step."""
+    """Columns of the state that MuJoCo writes after each step."""
     observe: list[Observation]
     compiled: Any = None
-    """What makes the last `qpos` of all copies of targets (copies, steps, joints) by MJX, where it takes part."""
+    """Computes the last `qpos` of all copies from targets (copies, steps, joints) by MJX, if it takes
+    part."""
 
     def ours(self) -> tuple[float, FloatArray]:
-        """Seconds, and what became of the joints and of the root: (copies, numbers)."""
+        """Returns seconds, and the final joints and root: (copies, numbers)."""
         control = Control(self.robot, self.values, knot_steps=KNOT)
         begin = time.perf_counter()
         found = self.sim.rollout(self.steps, [control], observe=self.observe)
@@ -68,24 +70,24 @@ class Case:
         return seconds, np.concatenate([each[:, -1] for each in found.observations], axis=1)
 
     def targets(self) -> FloatArray:
-        """Of each step: (copies, steps, joints)."""
+        """Targets of each step: (copies, steps, joints)."""
         return np.repeat(self.values, KNOT, axis=1)[:, : self.steps]
 
     def by_mjx(self) -> tuple[float, FloatArray]:
-        """Seconds, and the last `qpos` of each copy."""
+        """Returns seconds, and the last `qpos` of each copy."""
         targets = self.targets()
         begin = time.perf_counter()
         found: FloatArray = np.asarray(self.compiled(targets))
         return time.perf_counter() - begin, found
 
     def theirs(self) -> tuple[float, FloatArray]:
-        """Seconds, and the last `qpos` of each copy."""
+        """Returns seconds, and the last `qpos` of each copy."""
         targets = self.targets()
         states = np.tile(self.state, (len(self.values), 1))
         begin = time.perf_counter()
         self.pool.rollout(self.model, self.datas, states, targets, nstep=self.steps, state=self.went)
         seconds = time.perf_counter() - begin
-        # Of a whole state the time is first, and the positions follow.
+        # A full state begins with the time, and the positions follow.
         return seconds, self.went[:, -1, 1 : 1 + self.model.nq]
 
 
@@ -121,7 +123,7 @@ def main() -> None:
 
 
 def measured(case: Case, rounds: int) -> dict[str, list[float]]:
-    """Batches in turn, another one first each time, after one of each that does not count."""
+    """Runs alternating batches, another one first each time, after a warm-up batch of each."""
     kinds = {"simd": case.ours, "MuJoCo": case.theirs}
     if case.compiled is not None:
         kinds["MJX"] = case.by_mjx
@@ -142,7 +144,8 @@ def measured(case: Case, rounds: int) -> dict[str, list[float]]:
 
 
 def report(case: Case, ends: dict[str, FloatArray]) -> None:
-    """That both did the same work: how far joints are from their last targets, and how high a free root is."""
+    """Checks that both did the same work, by distances of joints from their last targets, and heights of a
+    free root."""
     names = case.robot.joint_names
     last = case.values[:, (case.steps - 1) // KNOT]
     joints = {"simd": ends["simd"][:, : len(names)], "MuJoCo": ends["MuJoCo"][:, mujoco_models.positions(case.model, names)]}
@@ -155,7 +158,7 @@ def report(case: Case, ends: dict[str, FloatArray]) -> None:
 
 
 def arm(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Case:
-    """The seven-joint arm, fixed, from its zero pose."""
+    """Returns the seven-joint arm, fixed, from its zero pose."""
     robot = sim.load(ARM, "arm", fixed=True)
     model = mujoco.MjModel.from_xml_string(mujoco_models.fixed(robot, ARM, TIME_STEP))
     values = np.random.default_rng(1).normal(0.0, 0.3, (copies, -(-steps // KNOT), len(robot.joint_names)))
@@ -164,7 +167,7 @@ def arm(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Ca
 
 
 def by_mjx(model: Any) -> Any:
-    """The last `qpos` from the model's first one, for targets of all steps of all copies."""
+    """Returns the last `qpos` from the model's first one, for targets of all steps of all copies."""
     jax, mjx = importlib.import_module("jax"), importlib.import_module("mujoco.mjx")
     jax.config.update("jax_enable_x64", True)
     compiled = mjx.put_model(model)
@@ -179,7 +182,7 @@ def by_mjx(model: Any) -> Any:
 
 
 def quadruped(sim: Simulation, copies: int, steps: int, pool: Any, threads: int) -> Case:
-    """A1, after a second of standing."""
+    """Returns A1, after a second of standing."""
     robot = a1.standing(sim)
     text = mujoco_models.standing(robot, a1.urdf(), a1.HEIGHT, a1.FRICTION, TIME_STEP)
     model = mujoco.MjModel.from_xml_string(text)
@@ -194,7 +197,7 @@ def case_of(
     name: str, sim: Simulation, robot: Robot, values: FloatArray, steps: int, pool: Any, model: Any, threads: int,
     qpos: FloatArray, observe: list[Observation], settle: float,
 ) -> Case:  # fmt: skip
-    """With MuJoCo's state after so many seconds of holding its pose."""
+    """Returns MuJoCo's state after it held its pose for some seconds."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     data.ctrl[:] = qpos[mujoco_models.positions(model, robot.joint_names)]

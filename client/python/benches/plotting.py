@@ -14,11 +14,11 @@ matplotlib.use("Agg")
 pyplot: Any = importlib.import_module("matplotlib.pyplot")
 
 TARGET = Path(__file__).parents[3] / "target" / "rollouts"
-"""Where pictures go, unless they are asked for elsewhere."""
+"""Default folder of pictures."""
 
 
 def subplots(columns: int, title: str) -> tuple[Any, list[Any]]:
-    """A figure with some axes side by side, each with a grid."""
+    """Returns a figure with axes side by side, each with a grid."""
     figure, axes = pyplot.subplots(1, columns, figsize=(5.5 * columns, 4.5), layout="constrained", squeeze=False)
     figure.suptitle(title)
     found: list[Any] = list(axes[0])
@@ -28,7 +28,7 @@ def subplots(columns: int, title: str) -> tuple[Any, list[Any]]:
 
 
 def save(figure: Any, path: Path) -> None:
-    """Writes a PNG, and says where."""
+    """Writes a PNG, and prints its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=120)
     pyplot.close(figure)
@@ -36,6 +36,6 @@ def save(figure: Any, path: Path) -> None:
 
 
 def spread(values: list[float], unit: float = 1.0) -> str:
-    """Median (5 % to 95 %), in a unit."""
+    """Formats the median (5 % to 95 %), in a unit."""
     low, median, high = np.percentile(np.array(values) / unit, [5, 50, 95])
     return f"{median:.2f} ({low:.2f} to {high:.2f})"

@@ -1,11 +1,12 @@
-"""One turn of a PyBullet script's loop: simd, as a daemon and in this process, beside PyBullet DIRECT and PyBullet's shared-memory server.
+"""One turn of a PyBullet script's loop: simd beside PyBullet DIRECT and PyBullet's shared memory.
 
     python benches/pybullet_loop.py [--turns 3000] [--robot robot.urdf]
 
-A turn sets the motors of all joints, steps and reads the joints' states: what a controller's loop does. Then the same with a box on
-a floor beside it and the contact points read. Each of them does so many
-turns, in blocks that take their places by turns, so that what else the machine does falls on all of them. Needs PyBullet
-installed, perhaps the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
+simd runs as a daemon and in this process. A turn sets the motors of all joints, steps and reads the joints'
+states, like a controller's loop. A second run adds a box on a floor and reads the contact points. Each does
+the same number of turns, in alternating blocks, so that other load on the machine affects all of them. Needs
+PyBullet installed, perhaps the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the
+PATH.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ bullet: Any = importlib.import_module("pybullet")
 BLOCKS = 10
 ROBOT = Path(__file__).resolve().parents[3] / "tests/assets/seven_arm/urdf/seven_arm.urdf"
 
-# A server of its own process, as scripts start one.
+# A server in a separate process, as scripts start one.
 SERVER = """
 import sys, time, pybullet
 pybullet.connect(pybullet.SHARED_MEMORY_SERVER)
@@ -79,7 +80,7 @@ def main() -> None:
 
 
 def prepared(module: Any, client: int, robot: str, with_contacts: bool) -> Callable[[], None]:
-    """A robot on a fixed base, perhaps a box on a floor beside it, and its turn."""
+    """Builds a robot on a fixed base, perhaps a box on a floor beside it, and its turn."""
     module.resetSimulation(physicsClientId=client)
     module.setGravity(0, 0, -9.81, physicsClientId=client)
     module.setTimeStep(0.0001, physicsClientId=client)

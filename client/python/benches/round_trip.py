@@ -2,8 +2,8 @@
 
     SIMD_BINARY=target/debug/simd python client/python/benches/round_trip.py [--calls 5000]
 
-The request has 110 bytes and the reply 306, as many as a state of six joints; one is under way at a time.
-Rows take turns, so that what else the machine does falls on all of them alike.
+The request has 110 bytes and the reply 306, as many as a state of six joints; one is pending at a time. Rows
+alternate, so that other load on the machine affects all of them.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--calls", type=int, default=5000, help="of each kind")
     calls = max(1, parser.parse_args().calls // ROUNDS)
-    # Made first: a process with threads is not to be forked.
+    # Made first: a process with threads must not fork.
     tcp = echo()
     with Daemon("--paused", name="bench") as daemon, simd_client.connect(daemon.endpoint) as sim:
         arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
@@ -75,7 +75,7 @@ def main() -> None:
 
 
 def zenoh_get(daemon: Daemon, payload: bytes) -> Callable[[], object]:
-    """The same question by a session that knows nothing but its key, and that reads no message."""
+    """Returns a call with the same request by a minimal session that reads no message."""
     settings = {"mode": "client", "connect": {"endpoints": [daemon.endpoint]}, "scouting": {"multicast": {"enabled": False}}}
     session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))  # pyright: ignore[reportUnknownMemberType, reportUnknownArgumentType]
     key = f"simd/{daemon.name}/rpc/JointService/GetJointStates"
@@ -88,14 +88,14 @@ def zenoh_get(daemon: Daemon, payload: bytes) -> Callable[[], object]:
 
 
 def timed(call: Callable[[], object]) -> float:
-    """Wall seconds of one call."""
+    """Returns wall seconds of one call."""
     begin = time.perf_counter()
     call()
     return time.perf_counter() - begin
 
 
 async def awaited(endpoint: str, calls: int) -> list[float]:
-    """The same for asyncio."""
+    """Returns the same times for asyncio."""
     times: list[float] = []
     async with aio.connect(endpoint) as sim:
         arm = await sim.robot("arm")
@@ -107,7 +107,7 @@ async def awaited(endpoint: str, calls: int) -> list[float]:
 
 
 def echo() -> Callable[[], object]:
-    """A round trip to another process that answers with bytes and nothing else: the floor."""
+    """Times a round trip to another process that only answers with bytes: the lower bound."""
     server = socket.create_server(("127.0.0.1", 0))
     multiprocessing.Process(target=_answer, args=(server,), daemon=True).start()
     client = socket.create_connection(server.getsockname())

@@ -1,10 +1,10 @@
-"""A rollout that two daemons behind a router share, beside the same of one of them, and with one of them killed in the middle. Each
-daemon has one processor.
+"""A rollout that two daemons behind a router share, beside the same by one of them.
 
     python benches/shared_rollouts.py [--copies 2048] [--steps 200] [--calls 9] [--killed 5]
 
-Prints the median milliseconds of calls that take their places by turns; a daemon that is killed is another one for each call, on the second
-processor, and ends once half of the copies are done. SIMD_BINARY says which daemon.
+Each daemon has one processor. In a third variant one of them is killed in the middle. Prints the median
+milliseconds of alternating calls. A killed daemon is another one for each call, on the second processor, and
+ends once half of the copies are done. SIMD_BINARY selects the daemon.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def main() -> None:
         costs = [Cost.joint_efforts(arm)]
 
         def call(daemons: list[Simulation], progress: Callable[[int, int], object] | None = None) -> tuple[float, Any]:
-            """Seconds, and what the copies cost."""
+            """Returns seconds, and the costs of the copies."""
             begin = time.perf_counter()
             found = one.rollout(
                 asked.steps, [control], costs=costs, saved_state="begin", daemons=daemons, progress=progress
@@ -95,7 +95,7 @@ def main() -> None:
 
 
 def killer(daemon: Daemon, done: list[int]) -> Callable[[int, int], None]:
-    """Kills a daemon once half of the copies are done, and notes how many were."""
+    """Kills a daemon once half of the copies are done, and records their number."""
 
     def kill(copies: int, of: int) -> None:
         if daemon.process.poll() is None and 2 * copies >= of > copies:
@@ -106,7 +106,7 @@ def killer(daemon: Daemon, done: list[int]) -> Callable[[int, int], None]:
 
 
 def on(processors: Iterable[int], router: str, name: str) -> Daemon:
-    """A daemon on these processors, which its threads inherit from this process."""
+    """Starts a daemon on these processors, which its threads inherit from this process."""
     os.sched_setaffinity(0, processors)
     return Daemon("--paused", "--zenoh-connect", router, name=name)
 

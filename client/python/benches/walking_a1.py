@@ -1,8 +1,10 @@
-"""A1 learns to trot, by an evolution strategy: Ros and Hansen's separable one (2008) with its rank-mu update alone.
+"""A1 learns to trot, by an evolution strategy: Ros and Hansen's separable one (2008) with only its rank-mu
+update.
 
-A gait is 16 numbers, all zero where it only stands: Fourier coefficients of the joints of a leg over its stride, which is the same for
-all legs, the diagonal ones together; offsets of the posture; a frequency. Each of the copies has a gait for four seconds, drawn masses of
-its links and a drawn friction of the ground, and the copies of a generation are one rollout.
+A gait is 16 numbers, all zero for standing. It has Fourier coefficients of the joints of a leg over its
+stride, offsets of the posture, and a frequency. The stride is the same for all legs, the diagonal ones
+together. Each copy has a gait for four seconds, drawn masses of its links and a drawn friction of the ground.
+The copies of a generation are one rollout.
 """
 
 from __future__ import annotations
@@ -19,35 +21,35 @@ from simd_client.geometry import FloatArray
 COPIES, BEST = 64, 16
 TIME_STEP, KNOT_STEPS, KNOTS = 0.002, 5, 400  # targets each 10 ms, for four seconds
 STEPS = KNOT_STEPS * KNOTS
-RAMP = 0.5  # seconds in which the gait sets in
+RAMP = 0.5  # Seconds over which the gait begins
 
-FREQUENCY = 2.0  # Hz, times e to the power of the first number
+FREQUENCY = 2.0  # Standard deviations of the first generation: frequency; sine and cosine of the upper part, once and twice a stride, and of the lower part. Then sine and cosine of the hip; offsets of upper part, lower part and hip, and of upper and lower part in front.
 DEVIATIONS = np.array([0.2, *(0.15, 0.15, 0.06, 0.06), *(0.2, 0.2, 0.1, 0.1), *(0.05, 0.05), *(0.1, 0.1, 0.05, 0.1, 0.1)])
-"""Of the first generation: frequency; sine and cosine of the upper part, once and twice a stride; the same of the lower part; sine and
-cosine of the hip; offsets of upper part, lower part and hip, and of upper and lower part in front."""
+"""Standard deviations of the first generation: frequency; sine and cosine of the upper part, once and twice a
+stride; the same of the lower part; sine and cosine of the hip; offsets."""
 SIZE = len(DEVIATIONS)
 LEARNING = 0.3  # of the variances, each generation
 
 PHASES = np.array([np.pi, 0.0, 0.0, np.pi])
 SIDES = np.array([-1.0, 1.0, -1.0, 1.0])
 FRONTS = np.array([1.0, 1.0, -1.0, -1.0])
-"""Of `a1.LEGS`."""
+"""Phases of `a1.LEGS`."""
 
 
 @dataclass(frozen=True)
 class Walk:
-    """What became of gaits, a number for each copy."""
+    """Results of gaits, a number for each copy."""
 
     scores: FloatArray
     distances: FloatArray
-    """Metres forward, until it fell or the time was over."""
+    """Metres forward, until the fall or the end."""
     upright: FloatArray
-    """The part of the time before it fell."""
+    """Fraction of the time before the fall."""
 
 
 @dataclass(frozen=True)
 class Learned:
-    """A gait, and how it came about."""
+    """A gait, and its history."""
 
     gait: FloatArray
     scores: FloatArray
@@ -76,7 +78,7 @@ def targets(gaits: FloatArray) -> FloatArray:
 
 
 def tried(sim: Simulation, robot: Robot, gaits: FloatArray, seed: int, varied: bool = True) -> Rollout:
-    """Has each copy walk by its gait."""
+    """Makes each copy walk by its gait."""
     variations = [
         Variation("link_masses", robot, uniform=(0.9, 1.1)),
         Variation("surface_friction", a1.GROUND, uniform=(0.7, 1.0)),
@@ -94,10 +96,10 @@ def tried(sim: Simulation, robot: Robot, gaits: FloatArray, seed: int, varied: b
 
 
 def judged(found: Rollout) -> Walk:
-    """Forward is good, and to stay up; sideways, to turn and much effort are not."""
+    """Rewards forward motion and staying up; penalises sideways motion, turning and much effort."""
     poses = found.observations[0]
     x, y, z = np.moveaxis(poses[..., 3:6], -1, 0)
-    # What is no longer finite has fallen.
+    # A state that is not finite counts as a fall.
     stands = (poses[..., 2] > 0.18) & (1.0 - 2.0 * (x**2 + y**2) > 0.7)
     stands = np.logical_and.accumulate(stands, axis=1)
     counts = stands.sum(axis=1)
@@ -123,7 +125,7 @@ def learn(sim: Simulation, robot: Robot, generations: int, seed: int) -> Learned
         gaits = mean + np.sqrt(variances) * random.normal(size=(COPIES, SIZE))
         done = judged(tried(sim, robot, gaits, 1_000 * seed + generation))
         steps = gaits[done.scores.argsort()[::-1][:BEST]] - mean
-        # Variances are of steps from the mean before, so that they grow where the mean moves.
+        # Variances are of steps from the previous mean, so that they grow when the mean moves.
         variances = (1.0 - LEARNING) * variances + LEARNING * (weights @ steps**2)
         mean = mean + weights @ steps
         scores.append(done.scores)
@@ -137,7 +139,8 @@ def learn(sim: Simulation, robot: Robot, generations: int, seed: int) -> Learned
 
 
 def walk(sim: Simulation, robot: Robot, gait: FloatArray) -> tuple[FloatArray, bool]:
-    """Walks in the world itself. Returns by how far, x y z, and whether a copy had ended at the same place, to the bit."""
+    """Walks in the world itself. Returns the distance x y z, and whether a copy had ended at the same place,
+    to the bit."""
     begin = robot.pose.position
     copied = tried(sim, robot, gait[None], 0, varied=False).observations[0][0, -1]
     for knot in targets(gait[None])[0].tolist():

@@ -1,6 +1,8 @@
-"""Swings a pole up that hangs from a cart, by path integral control (Williams et al., "Information theoretic MPC", 2017).
+"""Swings up a pole that hangs from a cart, by path integral control (Williams et al., "Information theoretic
+MPC", 2017).
 
-Fifty times a simulated second copies of the world try changes of the plan, and the plan becomes their mean, weighted by what they cost.
+Fifty times a simulated second copies of the world try changes of the plan. The plan becomes their mean,
+weighted by their costs.
 """
 
 from __future__ import annotations
@@ -15,12 +17,12 @@ from simd_client import Control, Cost, Observation, Robot, Rollout, Simulation, 
 from simd_client.geometry import FloatArray
 
 ROBOT = Path(__file__).parent / "robots" / "cart_pole.urdf"
-COPIES, KNOTS, STEPS = 96, 50, 4  # of a plan, one knot a turn; a turn is 4 steps of 5 ms
+COPIES, KNOTS, STEPS = 96, 50, 4  # Knots of a plan, one per turn; a turn is 4 steps of 5 ms
 FORCE, DEVIATION = 20.0, 10.0  # newtons
 
 
 def costs_of(cart: Robot) -> list[Cost]:
-    """The pole is to be upright, the cart in the middle, and both at rest."""
+    """Costs: the pole should be upright, the cart in the middle, and both at rest."""
     return [
         Cost.joint_positions(cart, ["pole"], wrapped=True),
         Cost.joint_positions(cart, ["slide"], weight=0.5),
@@ -31,22 +33,22 @@ def costs_of(cart: Robot) -> list[Cost]:
 def improved(
     sim: Simulation, cart: Robot, costs: list[Cost], plan: FloatArray, random: np.random.Generator, settled: int = 0
 ) -> tuple[FloatArray, Rollout]:
-    """A better plan, with the copies that it comes from; its first `settled` knots stay as they are."""
-    # Forces that last for five turns reach further than ones that change each turn.
+    """Returns a better plan, with its copies; its first `settled` knots stay unchanged."""
+    # Forces that last for five turns reach further than forces that change each turn.
     noise = np.repeat(random.normal(0.0, DEVIATION, (COPIES, KNOTS // 5, 1)), 5, axis=1)
     noise[:, :settled] = 0.0
     tried = np.clip(plan + noise, -FORCE, FORCE)
     control = Control(cart, tried, ["slide"], "effort", knot_steps=STEPS)
     seen = [Observation("joint_positions", cart, ["slide", "pole"])]
     found = sim.rollout(KNOTS * STEPS, [control], costs=costs, observe=seen, record_start=True)
-    # A copy that came to no end has infinite costs.
+    # A copy that ended early has infinite costs.
     spread = found.costs[np.isfinite(found.costs)].std()
     weights = np.exp((found.costs.min() - found.costs) / (0.1 * spread + 1e-9))
     return (weights[:, None, None] * tried).sum(axis=0) / weights.sum(), found
 
 
 def main() -> None:
-    """Swings it up in a world that waits for each turn."""
+    """Swings the pole up in a world that waits for each turn."""
     random = np.random.default_rng(1)
     with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()

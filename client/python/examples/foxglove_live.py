@@ -1,7 +1,7 @@
-"""Foxglove beside the world: what robots look like, where their links are, and what their joints do.
+"""Foxglove beside the world: shapes of robots, poses of their links, and states of their joints.
 
-`pip install foxglove-sdk`, run this beside the daemon, and in Foxglove open the connection that it prints. The daemon itself has no server
-for Foxglove: this is a client like any other, and may run anywhere.
+`pip install foxglove-sdk`, run this beside the daemon, and in Foxglove open the printed connection. The
+daemon has no server for Foxglove: this program is an ordinary client, and may run anywhere.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MEDIA = {".stl": "model/stl", ".obj": "model/obj", ".dae": "model/vnd.collada+xm
 
 
 def main() -> None:
-    """Sends 30 times a second until Ctrl-C, or for a while."""
+    """Sends 30 times a second until Ctrl-C, or for a limited time."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--port", type=int, default=8765, help="where Foxglove connects; 0 for any")
     parser.add_argument("--seconds", type=float, default=math.inf, help="how long")
@@ -35,7 +35,7 @@ def main() -> None:
     try:
         with simd_client.connect() as sim:
             while time.monotonic() < until:
-                # For those who come later, again and again.
+                # Repeated for apps that connect later.
                 if time.monotonic() >= next_scene:
                     scene.log(look_of(sim))
                     next_scene = time.monotonic() + 5.0
@@ -48,7 +48,7 @@ def main() -> None:
 
 
 def send(sim: Simulation, states: JointStatesChannel, transforms: FrameTransformsChannel) -> None:
-    """Joints as `ROBOT/JOINT`, and links as frames `ROBOT/LINK` in `world`."""
+    """Sends joints as `ROBOT/JOINT`, and links as frames `ROBOT/LINK` in `world`."""
     joints: list[messages.JointState] = []
     frames: list[messages.FrameTransform] = []
     for robot in sim.robots.values():
@@ -72,20 +72,20 @@ def send(sim: Simulation, states: JointStatesChannel, transforms: FrameTransform
 
 
 def look_of(sim: Simulation) -> messages.SceneUpdate:
-    """What links look like, each in its own frame."""
+    """Sends the shapes of links, each in its own frame."""
     entities = [entity for robot in sim.robots.values() for entity in entities_of(sim, robot)]
     return messages.SceneUpdate(entities=entities)
 
 
 def entities_of(sim: Simulation, robot: Robot) -> list[messages.SceneEntity]:
-    """One entity for each visual shape of a robot."""
+    """Returns one entity for each visual shape of a robot."""
     links = list(robot.link_poses())
     shapes = enumerate(robot.scene().visuals)
     return [drawn(sim, f"{robot.name}/{links[shape.link]}", f"{robot.name}/{number}", shape) for number, shape in shapes]
 
 
 def drawn(sim: Simulation, frame: str, name: str, shape: proto.Shape) -> messages.SceneEntity:
-    """A shape in Foxglove's terms; an entity without anything for what it has no word for."""
+    """Returns a shape in Foxglove's terms; an empty entity for an unsupported shape."""
     cubes: list[messages.CubePrimitive] = []
     spheres: list[messages.SpherePrimitive] = []
     cylinders: list[messages.CylinderPrimitive] = []

@@ -1,4 +1,4 @@
-"""Grasps a crate and lifts it: contacts, friction, and motions that wait for their end."""
+"""Grasps a crate and lifts it, using contacts, friction, and motions that wait for their end."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,12 +12,12 @@ SQUEEZE = 25.0  # newtons
 
 
 def main() -> None:
-    """Down, close, up; then open, and it falls."""
+    """Moves down, closes, lifts; then opens, and the crate falls."""
     with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
         cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
         sim.set_physics(time_step=0.001)
-        # Beside all that is in the world already.
+        # The robot stands beside everything that is in the world already.
         x = 10 + max((robot.pose.position[0] for robot in sim.robots.values()), default=0.0)
         ground = sim.add_plane()
         cleanup.callback(ground.delete)
@@ -35,7 +35,7 @@ def main() -> None:
         cleanup.callback(crate.delete)
 
         gripper.move_to({"lift": -0.34}, steps=10)
-        # A finger cannot reach its target, and pushes with no more than it may.
+        # A finger cannot reach its target, and pushes with its maximum force.
         closed = Target.position(0.0, max_effort=SQUEEZE)
         gripper.set_targets({"left": closed, "right": closed})
         gripper.wait_until(lambda state: state["left"].effort <= -0.9 * SQUEEZE, steps=10)

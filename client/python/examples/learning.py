@@ -1,7 +1,8 @@
 """Learns to keep a pole upright on a cart, by the cross-entropy method (Mannor, Rubinstein and Gat, 2003): thirty lines of numpy.
 
-Each environment is a copy of the world and has a policy of its own, a network with one layer. After an episode the next policies are drawn
-around the best ones. `RolloutEnv` is a vector environment of gymnasium, which this needs: `pip install 'gymnasium>=1.1,<2'`.
+Each environment is a copy of the world and has a separate policy, a network with one layer. After an episode
+the next policies are drawn around the best ones. `RolloutEnv` is a vector environment of gymnasium, which
+this needs: `pip install 'gymnasium>=1.1,<2'`.
 
     python learning.py [--generations 25] [--seed 1]
 """
@@ -29,7 +30,7 @@ FORCE = 20.0  # newtons
 
 
 def forces(policies: FloatArray, observations: FloatArray) -> FloatArray:
-    """What each policy does in its environment."""
+    """Returns the action of each policy in its environment."""
     inner = policies[:, : 4 * HIDDEN].reshape(-1, HIDDEN, 4)
     outer = policies[:, 4 * HIDDEN :].reshape(-1, 1, HIDDEN)
     seen = np.tanh(np.einsum("chi,ci->ch", inner, observations))
@@ -37,18 +38,18 @@ def forces(policies: FloatArray, observations: FloatArray) -> FloatArray:
 
 
 def reward(observations: FloatArray, actions: FloatArray) -> FloatArray:
-    """At most 1: upright, in the middle, with little force."""
+    """Returns at most 1: upright, in the middle, with little force."""
     slide, pole = observations[:, 0], observations[:, 1]
     return np.cos(pole) - 0.1 * slide**2 - 0.1 * (actions[:, 0] / FORCE) ** 2
 
 
 def is_over(observations: FloatArray) -> npt.NDArray[np.bool_]:
-    """Whether the pole has fallen, or the rail is at its end."""
+    """Whether the pole has fallen, or the cart is at the end of its rail."""
     return (np.abs(observations[:, 1]) > 0.6) | (np.abs(observations[:, 0]) > 1.7)
 
 
 def episode(envs: RolloutEnv, policies: FloatArray) -> FloatArray:
-    """The sum of the rewards of each policy, until its pole falls."""
+    """Returns the sum of the rewards of each policy, until its pole falls."""
     observations, _ = envs.reset()
     sums, goes_on = np.zeros(COPIES), np.ones(COPIES, dtype=bool)
     for _ in range(ACTIONS):
@@ -61,7 +62,7 @@ def episode(envs: RolloutEnv, policies: FloatArray) -> FloatArray:
 
 
 def environments(sim: Simulation, cart: Robot) -> RolloutEnv:
-    """One for each policy."""
+    """One seed for each policy."""
     return RolloutEnv(
         sim, cart, copies=COPIES, joints=["slide"], limit=FORCE, steps=4, episode=ACTIONS, reward=reward,
         is_over=is_over, spread=0.1,
@@ -69,7 +70,8 @@ def environments(sim: Simulation, cart: Robot) -> RolloutEnv:
 
 
 def learn(envs: RolloutEnv, generations: int, seed: int) -> tuple[FloatArray, FloatArray]:
-    """The mean policy, and what each policy of each generation got: (generations, copies). Prints a line for each generation."""
+    """Returns the mean policy, and the result of each policy in each generation: (generations, copies).
+    Prints a line for each generation."""
     random = np.random.default_rng(seed)
     mean, deviation = np.zeros(SIZE), np.ones(SIZE)
     envs.reset(seed=seed)
@@ -78,7 +80,7 @@ def learn(envs: RolloutEnv, generations: int, seed: int) -> tuple[FloatArray, Fl
         policies = mean + deviation * random.normal(size=(COPIES, SIZE))
         sums = episode(envs, policies)
         best = policies[sums.argsort()[-BEST:]]
-        # What is added keeps it from settling on the first thing that is any good.
+        # The added term keeps it from settling on the first useful policy.
         mean, deviation = best.mean(axis=0), best.std(axis=0) + 0.5 / (generation + 2)
         print(f"generation {generation:2}: mean {sums.mean():6.1f}, best {sums.max():6.1f} of {ACTIONS}")
         got.append(sums)
@@ -86,12 +88,12 @@ def learn(envs: RolloutEnv, generations: int, seed: int) -> tuple[FloatArray, Fl
 
 
 def upright(envs: RolloutEnv, policy: FloatArray) -> int:
-    """In how many episodes a policy keeps the pole upright until their end."""
+    """Returns the fraction of episodes in which a policy keeps the pole upright until the end."""
     return int((episode(envs, np.tile(policy, (COPIES, 1))) > 0.9 * ACTIONS).sum())
 
 
 def main() -> None:
-    """Learns, and says what the mean policy can do."""
+    """Learns, and prints the success of the mean policy."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--generations", type=int, default=25)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,6 +1,6 @@
-"""A controller of one's own in lockstep: the world waits for each turn of the loop, so that each run is the same.
+"""A custom controller in lockstep: the world waits for each turn of the loop, so that each run is the same.
 
-A turn is two round trips: for efforts, and for ten steps with them, with the state in the answer.
+A turn is two round trips: one for efforts, and one for ten steps with them, with the state in the answer.
 """
 
 from contextlib import ExitStack
@@ -16,7 +16,8 @@ STIFFNESS, DAMPING = 100.0, 20.0  # 1/s^2 and 1/s: critically damped, a time con
 
 
 def main() -> None:
-    """Computed torque: the efforts that give each joint the acceleration of a spring and damper at its goal."""
+    """Returns computed torque: the efforts that give each joint the acceleration of a spring and damper at
+    its goal."""
     goal = np.array([0.3, 0.4, -0.2, 0.8, 0.1, -0.5, 0.2])
     with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()

@@ -1,7 +1,7 @@
-"""Collects states in lockstep and plots them: how an arm answers a step of its target.
+"""Collects states in lockstep and plots them: the response of an arm to a step of its target.
 
-Needs matplotlib: `pip install 'matplotlib>=3.6'`. An argument is the file to write, by default `plots.png`. In a notebook the
-figure is shown by itself.
+Needs matplotlib: `pip install 'matplotlib>=3.6'`. An argument is the file to write, by default `plots.png`. A
+notebook shows the figure automatically.
 """
 
 import sys

@@ -1,8 +1,9 @@
 """Reaches past a post with an arm, by path integral control (Williams et al., "Information theoretic MPC", 2017), in real time.
 
-The world plays in the daemon. Fifty times a second this program has copies of it try changes of its plan, from where the arm is by then, and
-sends the first of what the plan has become: velocities of the joints. The arm is to be pressed to the goal, not to the post.
-With --lockstep the world waits for each turn, so that no machine is too slow.
+The world plays in the daemon. Fifty times a second copies of it try changes of the plan, starting from the
+arm's predicted state. The program sends the first knot of the new plan: velocities of the joints. The arm
+must press against the goal, and not against the post. With --lockstep the world waits for each turn, so that
+any machine is fast enough.
 
     python reaching.py [--starts 20] [--seed 1] [--lockstep]
 """
@@ -34,23 +35,23 @@ POST, RADIUS = (0.55, 0.0), 0.03  # metres
 
 @dataclass(frozen=True)
 class Trial:
-    """What became of one start."""
+    """Result of one start."""
 
     reached: bool
-    """The goal, and nothing was touched on the way."""
+    """Reached the goal without touching anything on the way."""
     touched: bool
     seconds: float
-    """Simulated."""
+    """Simulated seconds."""
     calls: list[float]
-    """Seconds that each rollout took."""
+    """Wall seconds of each rollout."""
     path: FloatArray
-    """(turns, 3): where the hand was."""
+    """(turns, 3): positions of the hand."""
     goal: FloatArray
-    """x y z."""
+    """Goal x y z."""
 
 
 def main() -> None:
-    """Counts from how many starts the hand reaches the goal, and the arm touches nothing."""
+    """Counts the starts from which the hand reaches the goal, and the arm touches nothing."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--starts", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
@@ -66,10 +67,10 @@ def main() -> None:
 
 
 def trials(sim: Simulation, starts: int, seed: int, lockstep: bool = False) -> Iterator[Trial]:
-    """Reaches from so many places, one after the other, and leaves the world as it was."""
+    """Reaches from several positions, one after the other, and leaves the world unchanged."""
     random = np.random.default_rng(seed)
     sim.pause()
-    # Whatever ends this, Ctrl-C too, puts the world back.
+    # Any end, including Ctrl-C, restores the world.
     with ExitStack() as cleanup:
         cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
         cleanup.callback(sim.pause)
@@ -80,11 +81,11 @@ def trials(sim: Simulation, starts: int, seed: int, lockstep: bool = False) -> I
 def _trials(
     sim: Simulation, starts: int, random: np.random.Generator, lockstep: bool, cleanup: ExitStack
 ) -> Iterator[Trial]:
-    # Beside all that is in the world already.
+    # The arm stands beside everything that is in the world already.
     aside = np.array([10 + max((robot.pose.position[0] for robot in sim.robots.values()), default=0.0), 0.0, 0.0])
     arm = sim.load(ROBOT, "reaching_arm", fixed=True, allow_renaming=True, position=aside)
     cleanup.callback(arm.delete)
-    # The goal is the place of the hand, and how it is turned, on the other side.
+    # The goal is the pose of the hand on the other side.
     arm.reset_joints(BEGIN * [-1, 1, 1, 1, 1, 1, 1])
     goal = arm.link_poses()[HAND]
     post = sim.add_cylinder(RADIUS, 0.5, position=aside + (*POST, 0.25), fixed=True)
@@ -97,7 +98,7 @@ def _trials(
         Cost.joint_velocities(arm, weight=0.01),
         Cost.joint_efforts(arm, weight=1e-7),
     ]
-    # Of the moment that the copies start from.
+    # Stamp of the state that the copies start from.
     seen = [Observation("link_poses", arm, [HAND]), Observation("contact_count", arm)]
     for _ in range(starts):
         sim.pause()
@@ -112,14 +113,14 @@ def _trials(
         while at < SECONDS and distance > NEAR:
             due = time.monotonic() + TURN
             noise = np.repeat(random.normal(0.0, DEVIATION, (COPIES, KNOTS // 2, 7)), 2, axis=1)
-            # Half of them for the way, half of them for the last centimetres.
+            # Half of them cover the way, and half the last centimetres.
             noise[: COPIES // 2] *= 0.25
             tried = np.clip(plan + noise, -FASTEST, FASTEST)
             control = Control(arm, tried, mode="velocity", knot_steps=STEPS, interpolation="linear")
             asked_at = time.monotonic()
             found = sim.rollout(KNOTS * STEPS, [control], costs=costs, observe=seen, record_start=True)
             calls.append(time.monotonic() - asked_at)
-            # A copy that came to no end has infinite costs.
+            # A copy that ended early has infinite costs.
             spread = found.costs[np.isfinite(found.costs)].std()
             weights = np.exp((found.costs.min() - found.costs) / (0.05 * spread + 1e-9))
             plan = (weights[:, None, None] * tried).sum(axis=0) / weights.sum()
@@ -132,7 +133,7 @@ def _trials(
                 sim.step(round(TURN / STEP))
             else:
                 time.sleep(max(0.0, due - time.monotonic()))
-            # By the next turn the plan is older by what was simulated since.
+            # By the next turn the plan has aged by the simulated time since.
             passed, at = found.start.sim_time - begin - at, found.start.sim_time - begin
             knots = np.arange(KNOTS) + max(passed, TURN) / (STEP * STEPS)
             plan = np.stack([np.interp(knots, np.arange(KNOTS), plan[:, joint]) for joint in range(7)], axis=1)

@@ -1,7 +1,7 @@
-"""A controller in real time: the world goes on by itself, and the loop follows it at 100 Hz.
+"""A controller in real time: the world plays, and the loop follows it at 100 Hz.
 
-States come as they are published, and targets are sent without waiting for an answer. A reader that is late skips states and
-never sees old ones.
+States arrive as they are published, and targets are sent without waiting for an answer. A late reader skips
+states and never sees old ones.
 """
 
 import math
@@ -16,7 +16,7 @@ SECONDS = 2.0
 
 
 def main() -> None:
-    """Swings both joints, and says how well it kept time."""
+    """Swings both joints, and prints how well it kept time."""
     with simd_client.connect() as sim, ExitStack() as cleanup:
         arm = sim.load(ROBOT, "swinging_arm", fixed=True, allow_renaming=True)
         cleanup.callback(arm.delete)

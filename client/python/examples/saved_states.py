@@ -1,4 +1,4 @@
-"""Saves the world, lets something happen, and goes back: to the bit, and by way of a file."""
+"""Saves the world, changes it, and restores it: bit for bit, and through a file."""
 
 import tempfile
 from contextlib import ExitStack
@@ -13,13 +13,13 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 
 def main() -> None:
-    """Tries two wrenches from one moment, and the first of them again."""
+    """Tries two wrenches from one moment, and then the first of them again."""
     with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
         arm = sim.load(ROBOT, "saved_arm", fixed=True, allow_renaming=True, passive=True)
         cleanup.callback(lambda: arm.name in sim.robots and arm.delete())
         sim.step(100)
-        # Without a name the daemon chooses one that is free.
+        # Without a name the daemon chooses a free one.
         start = sim.save_state()
         cleanup.callback(sim.delete_saved_state, start)
 
@@ -35,7 +35,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             file = sim.export_saved_state(start, Path(folder) / "start.simdstate")
             arm.delete()
-            # Into this daemon or another one: the file has the robots too.
+            # This daemon or another one can import it: the file has the robots too.
             imported = sim.import_saved_state(file, f"{start.name}-imported")
             cleanup.callback(sim.delete_saved_state, imported)
             sim.restore_state(imported)

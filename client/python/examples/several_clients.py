@@ -1,6 +1,6 @@
-"""Several programs in one world: one claims a robot, another is refused, and a third only looks on.
+"""Several programs in one world: one claims a robot, another is refused, and a third only watches.
 
-Here they are three connections of one script; they may as well be three programs on three machines.
+Here they are three connections of one script; they could be three programs on three machines.
 """
 
 import threading
@@ -14,7 +14,7 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 
 def main() -> None:
-    """Shows a claim, and that everybody sees what happens."""
+    """Shows a claim, and that every client sees the result."""
     with (
         simd_client.connect() as calibration,
         simd_client.connect() as operator,

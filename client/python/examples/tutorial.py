@@ -1,6 +1,6 @@
-"""The first script: load a robot, look at its joints, give people a slider, and move.
+"""The first script: load a robot, read its joints, add a slider for people, and move.
 
-Needs a daemon; `SIMD_ENDPOINT` says where it is, if not on this machine.
+Needs a daemon; `SIMD_ENDPOINT` has its address, if it is not on this machine.
 """
 
 from contextlib import ExitStack
@@ -12,7 +12,7 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 
 def main() -> None:
-    """Moves the elbow to where the slider is, and to where it is moved."""
+    """Moves the elbow to the slider's value, and follows the slider."""
     with simd_client.connect() as sim, ExitStack() as cleanup:
         arm = sim.load(ROBOT, "tutorial_arm", fixed=True, allow_renaming=True, progress=True)
         cleanup.callback(arm.delete)
@@ -20,7 +20,8 @@ def main() -> None:
         for joint in arm.joints.values():
             print(joint.name, joint.type.name.lower(), joint.limits.lower, joint.limits.upper)
 
-        # Sliders are the daemon's: they show in the viewer, and `simctl parameter set elbow=0.4` moves them too.
+        # Sliders belong to the daemon: the viewer shows them, and `simctl parameter set elbow=0.4` moves them
+        # too.
         sim.parameters.add_slider("elbow", -1.0, 1.0, 0.3, if_taken="replace")
         cleanup.callback(sim.parameters.remove, "elbow")
         cleanup.callback(sim.pause)

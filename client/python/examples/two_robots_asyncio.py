@@ -10,7 +10,7 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 
 async def wave(arm: aio.Robot) -> None:
-    """There and back."""
+    """Moves there and back."""
     for elbow in (0.5, -0.5, 0.0):
         state = await arm.move_to({"elbow joint": elbow}, timeout=10.0, tolerance=0.02)
         print(f"{arm.name} is at {state['elbow joint'].position:+.1f} rad")
@@ -25,7 +25,7 @@ async def main() -> None:
         seen += 1
 
     async with aio.connect() as sim, AsyncExitStack() as cleanup:
-        # Beside all that is in the world already.
+        # The robots stand beside everything that is in the world already.
         poses = [await robot.pose for robot in (await sim.robots).values()]
         y = 2 + max((pose.position[1] for pose in poses), default=0.0)
         left, right = await asyncio.gather(

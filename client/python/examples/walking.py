@@ -13,15 +13,15 @@ WALKER = Path(__file__).parent / "robots" / "walker.urdf.xacro"
 LEG = 0.2  # metres
 PERIOD = 0.5  # seconds of a stride
 REACH = 0.15  # radians that a leg swings to either side
-# Metres that a foot is lifted. With 0.05, targets that come each 10 ms jerk the legs so much that the body may,
-# by chance, begin to rock from side to side; it then gets half as far.
+# Metres that a foot is lifted. With 0.05, targets every 10 ms jerk the legs so much that the body may, by
+# chance, begin to rock from side to side. It then gets half as far.
 LIFT = 0.035
-STANCE = 0.75  # the part of a stride in which a foot is on the ground: one is in the air at a time
+STANCE = 0.75  # Fraction of a stride with a foot on the ground: one foot is in the air at a time
 PHASES = {"front_left": 0.0, "back_right": 0.25, "front_right": 0.5, "back_left": 0.75}
 
 
 def pattern(time: float) -> dict[str, float]:
-    """Where each joint is to be: a foot on the ground goes back, one in the air comes forth."""
+    """Returns joint positions: a foot on the ground moves back, a foot in the air moves forward."""
     targets: dict[str, float] = {}
     for leg, phase in PHASES.items():
         part = (time / PERIOD + phase) % 1.0
@@ -37,12 +37,12 @@ def pattern(time: float) -> dict[str, float]:
 
 
 def main() -> None:
-    """Walks for five seconds, and says how far."""
+    """Walks for five seconds, and prints the distance."""
     with simd_client.connect() as sim, ExitStack() as cleanup:
         sim.pause()
         cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
         sim.set_physics(time_step=0.001)
-        # Beside all that is in the world already.
+        # The robot stands beside everything that is in the world already.
         y = 10 + max((robot.pose.position[1] for robot in sim.robots.values()), default=0.0)
         ground = sim.add_plane(friction=1.0)
         cleanup.callback(ground.delete)
