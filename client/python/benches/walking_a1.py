@@ -25,15 +25,16 @@ RAMP = 0.5  # Seconds over which the gait begins
 
 FREQUENCY = 2.0  # Standard deviations of the first generation: frequency; sine and cosine of the upper part, once and twice a stride, and of the lower part. Then sine and cosine of the hip; offsets of upper part, lower part and hip, and of upper and lower part in front.
 DEVIATIONS = np.array([0.2, *(0.15, 0.15, 0.06, 0.06), *(0.2, 0.2, 0.1, 0.1), *(0.05, 0.05), *(0.1, 0.1, 0.05, 0.1, 0.1)])
-"""Standard deviations of the first generation: frequency; sine and cosine of the upper part, once and twice a
-stride; the same of the lower part; sine and cosine of the hip; offsets."""
+"""Standard deviations of the first generation. The order is: frequency; sine and cosine of the upper part,
+once and twice a stride, then of the lower part. Sine and cosine of the hip follow, then offsets of upper
+part, lower part and hip, and of upper and lower part in front."""
 SIZE = len(DEVIATIONS)
 LEARNING = 0.3  # of the variances, each generation
 
 PHASES = np.array([np.pi, 0.0, 0.0, np.pi])
 SIDES = np.array([-1.0, 1.0, -1.0, 1.0])
 FRONTS = np.array([1.0, 1.0, -1.0, -1.0])
-"""Phases of `a1.LEGS`."""
+"""Phases, sides and fronts of `a1.LEGS`."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What tests share: one daemon, and a clean world in it for each test."""
+"""Shared fixtures of tests: one daemon, and a clean world in it for each test."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import simd_client
 from simd_client import Robot, Simulation, embedded_link
 
 
-# A child of a shell's background job is born with SIGINT ignored, and so would be all that the tests start.
+# A child of a shell's background job starts with SIGINT ignored, and so would all processes of the tests.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-# Tests of these files say what holds of a world, however it is reached; those of the others are about the network.
+# Tests of these files check a world, however it is reached; the others check the network.
 OVER_BOTH = {
     "test_attributes",
     "test_ball_joints",
@@ -51,14 +51,15 @@ WAYS = [
 
 @pytest.fixture(scope="session")
 def daemon() -> Iterator[Daemon]:
-    """One for all tests that do not end it."""
+    """One daemon for all tests that do not end it."""
     with Daemon("--paused") as running:
         yield running
         assert running.stop() == 0
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """A test of the world that asks for `sim` and for no daemon runs over Zenoh, and over a world in this process."""
+    """A test of the world that asks for `sim` and not for a daemon runs over Zenoh, and over a world in this
+    process."""
     asks = inspect.signature(metafunc.function).parameters
     name = metafunc.definition.path.stem
     if "sim" in metafunc.fixturenames and "daemon" not in asks and name in OVER_BOTH:
@@ -79,7 +80,7 @@ def sim(request: pytest.FixtureRequest) -> Iterator[Simulation]:
 
 
 def cleaned(sim: Simulation) -> None:
-    """Empties a world and puts it back to its defaults."""
+    """Empties a world and restores its defaults."""
     sim.pause()
     sim.reset(time=True, state=True, spawned=True)
     for saved_state in sim.saved_states():

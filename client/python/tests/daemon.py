@@ -1,4 +1,4 @@
-"""A daemon of its own for tests: started on free ports of loopback, and ended for sure."""
+"""A separate daemon for tests: it runs on free ports of loopback, and always ends."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Daemon:
         self.name = name
         command = [str(BINARY), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", locator]
         self._home = tempfile.mkdtemp(prefix="simd-")
-        # Recordings go where the test ends them.
+        # Recordings go to the folder where the test ends them.
         environment = {**os.environ, "STATE_DIRECTORY": self._home}
         self.process = subprocess.Popen(
             [*command, "--log", "error", *arguments], stdout=subprocess.PIPE, text=True, env=environment
@@ -37,7 +37,7 @@ class Daemon:
         self.endpoint = self._ready()
 
     def _ready(self) -> str:
-        """The locator in the line that says that the daemon is ready."""
+        """Returns the locator in the line that reports the ready daemon."""
         assert self.process.stdout is not None
         with selectors.DefaultSelector() as selector:
             selector.register(self.process.stdout, selectors.EVENT_READ)
@@ -51,7 +51,7 @@ class Daemon:
         return locator.group(1)
 
     def kill(self) -> None:
-        """Ends it at once."""
+        """Kills it."""
         self.process.kill()
         self._wait()
 
@@ -79,5 +79,5 @@ class Daemon:
 
 
 def within(seconds: float = 20.0) -> float:
-    """A moment after which a test gives up: so late that no busy machine gets there."""
+    """Returns a deadline of a test, late enough for any busy machine."""
     return time.monotonic() + seconds

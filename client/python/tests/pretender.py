@@ -1,4 +1,4 @@
-"""Something on Zenoh that looks like daemons, for answers that a real one does not give."""
+"""A fake of daemons on Zenoh, for answers that a real one does not give."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from simd_client import proto
 
 
 class Pretender:
-    """Answers every query with an empty message, or as it is set to."""
+    """Answers every query with an empty message, or with a given one."""
 
     def __init__(self, *names: str) -> None:
         self.answers = True

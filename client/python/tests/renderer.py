@@ -18,7 +18,7 @@ EYE = CameraSensor(width=4, height=3, horizontal_field_of_view=1.2, near=0.1, fa
 
 
 def answer(task: proto.PictureTask) -> proto.PutPictureRequest:
-    """A picture with the number of steps in each pixel; depths are packed."""
+    """Returns a picture with the number of steps in each pixel; depths are packed."""
     pixels, step = task.width * task.height, task.stamp.step
     put = proto.PutPictureRequest(id=task.id, renderer="test")
     if task.planes.color:
@@ -33,7 +33,7 @@ def answer(task: proto.PictureTask) -> proto.PutPictureRequest:
 
 @contextmanager
 def rendering(daemon: Daemon) -> Generator[None]:
-    """A renderer that draws as long as this lasts."""
+    """Runs a renderer within the context."""
     ended = threading.Event()
     with simd_client.connect(daemon.endpoint) as client:
         client.call(methods.NextPicture, proto.NextPictureRequest(renderer="test"))

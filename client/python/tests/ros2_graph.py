@@ -1,4 +1,5 @@
-"""A graph of ROS 2 of other makers: a router of Zenoh, zenoh-ros2-sdk's nodes and rosbags' types."""
+"""A graph of ROS 2 from independent projects: a router of Zenoh, zenoh-ros2-sdk's nodes and rosbags'
+types."""
 
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ class Graph:
         config.insert_json5("mode", '"router"')
         config.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{self.port}"]')
         config.insert_json5("scouting/multicast/enabled", "false")
-        # As rmw_zenohd has it.
+        # The same setting as in rmw_zenohd.
         config.insert_json5("routing/router/peers_failover_brokering", "false")
         self.router = zenoh.open(config)
         self.store, services = make_ros2.make_store()
@@ -55,7 +56,7 @@ class Graph:
         return sdk.ROS2Publisher(topic, kind, msg_definition="", **self._settings(kind))
 
     def call(self, path: str, service: str, /, **request: Any) -> Any:
-        """Of `simulation_interfaces`."""
+        """Types of `simulation_interfaces`."""
         kind = f"simulation_interfaces/srv/{service}"
         client = sdk.ROS2ServiceClient(
             path, kind, "", "", domain_id=0, router_port=self.port, type_hash=self.hashes[kind], timeout=SECONDS
@@ -68,7 +69,7 @@ class Graph:
             client.close()
 
     def ask(self, name: str, service: str, request: Any) -> Any:
-        """Of an action, whose services the SDK does not know."""
+        """Services of an action, which the SDK does not know."""
         package, folder, short = service.split("/")
         key = f"0/{name}/{package}::{folder}::dds_::{short}_/{self.hashes[service]}"
         attachment = attachments.Attachment(sequence_id=7, timestamp_ns=1, gid=bytes(range(16)))
@@ -85,7 +86,7 @@ class Graph:
         return self.store.deserialize_cdr(reply.ok.payload.to_bytes(), f"{service}_Response")
 
     def make(self, kind: str, **fields: Any) -> Any:
-        """A message whose other fields are nothing."""
+        """Returns a message with defaults in its other fields."""
         nothing = make_ros2.message(self.store, kind, None, 0)
         for name, value in fields.items():
             setattr(nothing, name, value)
@@ -96,7 +97,7 @@ class Graph:
 
 
 class Messages:
-    """What comes over a topic."""
+    """Messages that arrive over a topic."""
 
     def __init__(self, received: queue.Queue[Any], subscriber: Any) -> None:
         self.received = received

@@ -18,7 +18,7 @@ import simd_client
 from simd_client import aio
 
 OTHERWISE = {
-    # What cannot be awaited is called another way.
+    # Members that cannot be awaited are called another way.
     "Parameters": {"__getitem__", "__setitem__", "__delitem__"},
 }
 
@@ -111,7 +111,7 @@ async def test_the_world_events_claims_and_parameters(sim: aio.Simulation) -> No
     await sim.parameters.add_slider("gain", 0, 1, 0.5)
     async with sim.parameters.watch() as watch:
         await sim.parameters.set({"gain": 0.25})
-        # What was published before may arrive first.
+        # An earlier publication may arrive first.
         while (await watch.newest())["gain"] != 0.25:
             await watch.wait(20)
     await sim.play()

@@ -31,7 +31,7 @@ def test_each_shared_vector_is_answered_as_it_says(tmp_path: Path) -> None:
         pytest.skip("this tree has no shared vectors")
     asked = 0
     for number, case in enumerate(json.loads(VECTORS.read_text())):
-        # What bounds a daemon's asset root is not for clients.
+        # The limits of a daemon's asset root do not apply to clients.
         if "root" in case:
             continue
         tree = (tmp_path / str(number)).resolve()
@@ -105,7 +105,7 @@ def test_a_folder_stands_for_its_only_urdf(tmp_path: Path) -> None:
         },
     )
     assert find_urdf(tmp_path / "arm") == tmp_path / "arm/urdf/arm.URDF"
-    # Which is expanded; of a folder it is not guessed.
+    # The file is expanded; within a folder it is not guessed.
     assert find_urdf(tmp_path / "none/a.xacro") == tmp_path / "none/a.xacro"
     for path, sentence in [
         ("two", "holds several .urdf files; name one of"),

@@ -1,4 +1,4 @@
-"""Objects take no attributes that they do not have, and say what was meant."""
+"""Objects refuse unknown attributes, and suggest the intended one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simd_client import Robot, Simulation, aio
 
 
 def refused(of: Any, name: str) -> str:
-    """What is said when something is assigned."""
+    """Returns the message after an assignment."""
     with pytest.raises(AttributeError) as found:
         setattr(of, name, 0.5)
     return str(found.value)

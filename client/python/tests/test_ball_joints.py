@@ -20,7 +20,7 @@ def pendulum(sim: Simulation) -> Robot:
 
 
 def apart(one: FloatArray, other: FloatArray) -> float:
-    """The angle between two orientations."""
+    """Returns the angle between two orientations."""
     return 2.0 * float(np.arccos(min(1.0, abs(float(one @ other)))))
 
 
@@ -64,7 +64,7 @@ def test_its_targets_are_orientations_velocities_and_torques(sim: Simulation, pe
 def test_it_starts_at_an_orientation(sim: Simulation) -> None:
     ball = sim.load(PENDULUM, name="turned", fixed=True, joint_positions={"ball": PLACE}).joints["ball"]
     np.testing.assert_allclose(ball.read().positions, PLACE, atol=1e-15)
-    # A quaternion of any length is one.
+    # A quaternion of any length is accepted.
     other = sim.load(PENDULUM, name="other", fixed=True, joint_positions={"ball": [0, 0, 0, 2]})
     np.testing.assert_array_equal(other.position, [0, 0, 0, 1])
     with pytest.raises(ValueError, match="the orientation of joint 'ball' has 4 numbers"):

@@ -35,8 +35,8 @@ def test_one_that_is_refused_is_raised_after_the_others_are_done(sim: Simulation
 
 
 def waiting(version: int) -> list[tuple[Any, Any]]:
-    """Calls of which each waits for a change of the parameters, and one more that changes them: one after the other they
-    would not be answered in their time."""
+    """Calls that each wait for a change of the parameters, and one more that changes them: executed in
+    sequence, they would time out."""
     wait = proto.NextParametersRequest(after_version=version, timeout=60.0)
     added = proto.AddParameterRequest(parameter=proto.Parameter(name="go", button=proto.Button()))
     return [*[(methods.NextParameters, wait)] * 20, (methods.AddParameter, added)]

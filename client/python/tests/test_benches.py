@@ -1,4 +1,4 @@
-"""The benches of rollouts in short: that they run and draw, not how fast or how well."""
+"""Short runs of the rollout benches. They check that benches run and draw, not speed or quality."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SECONDS = 240.0
 
 
 def run(name: str, *arguments: str) -> str:
-    """What a bench says, which starts a daemon of its own."""
+    """Returns the output of a bench, which starts a separate daemon."""
     command = [sys.executable, str(BENCHES / name), *arguments]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS)
     assert ran.returncode == 0, ran.stdout + ran.stderr
@@ -37,7 +37,7 @@ def test_a_remote_process_controls_worlds(tmp_path: Path) -> None:
 def test_a_remote_process_controls_worlds_that_play(tmp_path: Path) -> None:
     said = run("control.py", "--starts", "1", "--out", str(tmp_path / "control.png"))
     rows = re.findall(r"^(?:pole on a cart|arm past a post) +(\d) of 1 .* (\S+)% +\d+$", said, re.M)
-    # A controller of which more than one call in twenty is late may miss.
+    # A controller may miss if more than one call in twenty is late.
     assert len(rows) == 2 and all(reached == "1" or float(late) > 5.0 for reached, late in rows), said
     assert is_png(tmp_path / "control.png")
 
@@ -48,7 +48,7 @@ def test_learners_learn_and_draw_their_curves(tmp_path: Path) -> None:
     picture = tmp_path / "learners.png"
     said = run("learners.py", "--pole", "1", "--walk", "1", "--seeds", "1", "--out", str(picture))
     assert "episodes" in said and "robot-steps a second" in said, said
-    # A copy walks as the world does.
+    # A copy walks like the world.
     assert "as its copy, to the bit: True" in said, said
     assert is_png(picture)
 

@@ -1,4 +1,4 @@
-"""Cameras, whose pictures have the number of steps in each pixel."""
+"""Cameras. Their pictures have the number of steps in each pixel."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_picture_is_taken_from_anywhere(daemon: Daemon, sim: Simulation, arm: 
 
 def test_matrices_are_those_of_opengl() -> None:
     view = view_matrix((1, 2, 3), (1, 5, 3))
-    # What is ahead is at -z, and what is above at y.
+    # Points ahead are at -z, and points above at y.
     np.testing.assert_allclose(view @ [1, 4, 3.5, 1], [0, 0.5, -2, 1], atol=1e-12)
     projection = projection_matrix(np.pi / 2, 2.0, 1.0, 5.0)
     for point, seen in (((0, 0, -1), (0, 0, -1)), ((0, 0, -5), (0, 0, 1)), ((4, 2, -2), (1, 1, 0.25))):

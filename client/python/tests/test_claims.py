@@ -1,4 +1,4 @@
-"""A claim keeps others off; one that is not used lapses."""
+"""A claim keeps other clients off; an unused claim lapses."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_a_claimed_robot_is_changed_by_its_holder_alone(sim: Simulation, arm: Ro
         for pausing in (other.pause, other.play, other.reset):
             with pytest.raises(simd_client.WorldNotClaimed):
                 pausing()
-        # Its holder does all that, and says nothing of the claim.
+        # Its holder does all that without naming the claim.
         arm.reset_joints()
         arm.set_state(simd_client.Pose(np.array([0.0, 0.0, 1.0])))
         sim.pause()

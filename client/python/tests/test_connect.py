@@ -1,4 +1,4 @@
-"""Finding the daemon that is meant, and saying so where there is none."""
+"""Choice of the intended daemon, and messages if none is found."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ def test_a_daemon_that_is_killed_is_unavailable() -> None:
         assert sim.stamp.step == 0
         doomed.kill()
         with pytest.raises(Unavailable, match="no daemon named `doomed` answers"):
-            # The operating system may take a moment to say that it is gone.
+            # The operating system may take a moment to report that it has ended.
             for _ in range(100):
                 sim.stamp
 

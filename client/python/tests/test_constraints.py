@@ -65,7 +65,7 @@ def test_a_gear_is_made_changed_and_deleted(sim: Simulation) -> None:
     sim.pause()
     bench_arm = ASSETS / "Bench_Arm-1.2 rev B"
     first = sim.load(bench_arm, "first", fixed=True)
-    # It hangs on the gear alone.
+    # Only the gear holds it.
     second = sim.load(bench_arm, "second", fixed=True, passive=True, position=(0, 2, 0))
     ends = (ConstraintEnd("first", joint="shoulder"), ConstraintEnd("second", joint="shoulder"))
     gear = sim.constraints.create("gear", *ends, ratio=-2.0, offset=0.0)

@@ -19,7 +19,7 @@ def floor(sim: Simulation) -> Robot:
 
 @pytest.fixture
 def box(sim: Simulation, floor: Robot) -> Robot:
-    """2 kg, that came to rest on the floor."""
+    """A body of 2 kg that came to rest on the floor."""
     box = sim.add_box((0.2, 0.2, 0.2), 2.0, (0, 0, 0.1), name="crate")
     sim.step(500)
     return box
@@ -31,7 +31,7 @@ def test_the_floor_carries_what_lies_on_it(sim: Simulation, floor: Robot, box: R
     for contact in contacts:
         assert {contact.robot_a, contact.robot_b} == {"floor", "crate"}
         assert contact.link_a == contact.link_b == "link"
-        # The normal pushes b.
+        # The normal force pushes b.
         up = 1.0 if contact.robot_b == "crate" else -1.0
         np.testing.assert_allclose(contact.normal, [0, 0, up], atol=1e-6)
         assert contact.point[2] == pytest.approx(0.0, abs=2e-3)
@@ -73,8 +73,8 @@ def test_one_start_does_for_many_rays_and_thousands_are_asked_for_in_parts(
 
 
 def test_a_slippery_box_slides_down_and_a_rough_one_stays(sim: Simulation) -> None:
-    """On a slope of 0.3 rad what has a friction above tan(0.3) = 0.309 stays; the other speeds up by
-    g (sin 0.3 - mu cos 0.3), and is after half a second at a quarter of a half of it."""
+    """On a slope of 0.3 rad, bodies with a friction above tan(0.3) = 0.309 stay. Others accelerate by g (sin
+    0.3 - mu cos 0.3), and have moved a quarter of a half of it after half a second."""
     slope, sine, cosine = 0.3, np.sin(0.3), np.cos(0.3)
     sim.add_plane((sine, 0, cosine))
     turned = (0, np.sin(slope / 2), 0, np.cos(slope / 2))
@@ -123,7 +123,7 @@ def test_a_robot_is_loaded_with_other_surfaces_and_touches_itself_where_asked(si
     assert found["a"].friction == 0.2 and found["b"] == Surface(0.9, 0.5, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0)
     touching = sim.load_text(two, "touching", fixed=True, position=(0, 5, 0), self_collision=True)
     for robot in (apart, touching):
-        # 0.1 m lie between the two: what overlaps from the start is taken for built so.
+        # 0.1 m lie between the two: an initial overlap would be ignored.
         robot.joints["slide"].set_position(-0.3)
     sim.step(1500)
     assert apart.joints["slide"].position == pytest.approx(-0.3, abs=1e-2)
@@ -149,7 +149,7 @@ def test_primitives_have_the_mass_of_water_where_none_is_said(sim: Simulation) -
 
 
 def test_a_body_of_several_shapes_stands_on_its_legs(sim: Simulation) -> None:
-    """A table of a plate and four legs, 0.6 m high: its frame is that of the plate."""
+    """A table of a plate and four legs, 0.6 m high, with the plate's frame."""
     sim.add_plane()
     legs = [PlacedShape(Shape.cylinder(0.02, 0.56), Pose.of((x, y, -0.3), (0, 0, 0, 1))) for x in (-0.3, 0.3) for y in (-0.3, 0.3)]
     table = sim.add_compound([Shape.box((0.8, 0.8, 0.04)), *legs], position=(0, 0, 0.58))
@@ -170,13 +170,13 @@ def test_a_fixed_arm_at_rest_carries_its_links(sim: Simulation) -> None:
     assert tuple(reactions) == tuple(joint.name for joint in arm.layout.joints)
     poses = arm.link_poses()
     masses = {link.name: link.mass for link in arm.info().links}
-    # What a joint carries is the weight of all that hangs on it, in world axes.
+    # A joint carries the weight of all bodies below it, in world axes.
     carried = 0.0
     for joint in reversed(arm.layout.joints):
         carried += masses[joint.child_link]
         world = poses[joint.child_link].matrix()[:3, :3] @ reactions[joint.name].force
         np.testing.assert_allclose(world, [0, 0, carried * 9.81], atol=0.01 * carried * 9.81)
-    # About its axis a joint carries what its actuator applies, and what its dry friction does.
+    # About its axis a joint carries its actuator's effort, and its dry friction.
     for joint, effort in zip(arm.layout.moving, arm.effort):
         assert joint.axis is not None
         about = float(reactions[joint.name].torque @ joint.axis)

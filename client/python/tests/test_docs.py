@@ -1,4 +1,4 @@
-"""What the guide and the README show is run."""
+"""The code of the guide and the README runs."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ DEMO = ("--config", str(REPOSITORY / "tests" / "assets" / "demo.toml"))
 README = Path(__file__).parents[1] / "README.md"
 
 SECURED = "tls/127.0.0.1:7447"
-"""Where the daemon is that the guide's block on certificates and tokens connects to."""
+"""Address of the daemon in the guide's block on certificates and tokens."""
 
 FAR = "tls/lab.example:7447"
-"""Where the one is that clients of other machines connect to."""
+"""Address of the daemon for clients of other machines."""
 
 
 def blocks(page: Path) -> list[str]:
-    """Its blocks of Python, each behind blank lines, so that an error has the line of the page."""
+    """Returns the page's blocks of Python, each behind blank lines, so that an error has the line of the
+    page."""
     text = page.read_text()
     found = re.finditer(r"^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
     return ["\n" * text[: each.start(1)].count("\n") + each.group(1) for each in found]
@@ -48,7 +49,7 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(
     with Daemon(name="guide") as daemon:
         monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
         names: dict[str, object] = {"__name__": "guide"}
-        # On a thread of its own: `asyncio.run` takes away the loop that pytest-asyncio keeps for this one.
+        # On a separate thread: `asyncio.run` removes the loop that pytest-asyncio keeps for this one.
         with ThreadPoolExecutor(1) as thread:
             for block in said:
                 for file in ("kept.simdstate", "arm.png"):
@@ -61,7 +62,8 @@ def said(line: str) -> str:
 
 
 def secured(title: str, locator: str, monkeypatch: pytest.MonkeyPatch, folder: Path) -> tuple[str, list[str], str]:
-    """Does what the lines of a section say before the daemon is started: the token, the daemon's flags and the block of Python."""
+    """Executes the lines of a section before the daemon's start. Returns the token, the daemon's flags and
+    the block of Python."""
     section = GUIDE.read_text().split(f"## {title}\n")[1].split("\n## ")[0]
     (shell,) = re.findall(r"^```sh\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
     (python,) = [block for block in blocks(GUIDE) if locator in block]
@@ -119,7 +121,7 @@ def test_the_lines_for_another_machine_run(
 ) -> None:
     token, (flag, locator, *flags), python = secured("From another machine", FAR, monkeypatch, tmp_path)
     assert (flag, locator) == ("--zenoh", "tls/0.0.0.0:7447")
-    # What the line says is allowed, and the test's own daemon is on loopback.
+    # The line's permissions apply, and the test's daemon is on loopback.
     said(shlex.join(["simd", "config", "show", flag, locator, *flags]))
     with Daemon(*flags, name="far", locator="tls/127.0.0.1:0") as daemon:
         python = python.replace(FAR, daemon.endpoint).replace("simd_...", token)

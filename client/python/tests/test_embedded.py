@@ -1,4 +1,4 @@
-"""A world in this process: what is only true of one."""
+"""A world in this process: properties that only such a world has."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_calls_of_several_threads_are_all_done() -> None:
 
 def test_a_call_that_takes_too_long_ends_with_its_time_limit() -> None:
     with simd_client.connect("embedded", config={"paused": True}, timeout=0.3) as sim:
-        # Nothing newer comes while the world is paused, and the daemon would wait for a minute.
+        # No newer state comes while the world is paused, and the daemon would wait for a minute.
         request = proto.NextJointStatesRequest(after_sequence=1 << 40, timeout=60.0)
         with pytest.raises(simd_client.DeadlineExceeded):
             sim.call(methods.NextJointStates, request)
@@ -130,13 +130,13 @@ def test_without_the_wheel_the_error_says_what_to_do(monkeypatch: pytest.MonkeyP
 
 
 def get(address: str, path: str) -> bytes:
-    """What is served at a path."""
+    """Returns the content at a path."""
     with urllib.request.urlopen(f"http://{address}{path}", timeout=10.0) as answer:
         return answer.read()
 
 
 def call(address: str, method: str, request: bytes) -> bytes:
-    """The answer of a call over gRPC-Web: a flag, four bytes of length, a message."""
+    """Returns the answer of a call over gRPC-Web: a flag, four bytes of length, a message."""
     asked = urllib.request.Request(
         f"http://{address}/simd.v1.{method}",
         data=bytes(1) + len(request).to_bytes(4, "big") + request,
@@ -148,7 +148,7 @@ def call(address: str, method: str, request: bytes) -> bytes:
 
 
 def served(capfd: pytest.CaptureFixture[str]) -> str:
-    """The address that a line on stderr names."""
+    """Returns the address that a line on stderr names."""
     found = re.search(r"is served at http://(\S+)/ and not at", capfd.readouterr().err)
     assert found is not None
     return found[1]

@@ -1,4 +1,4 @@
-"""Each example runs, says what it should, and leaves nothing in the world."""
+"""Each example runs, prints the expected output, and leaves the world unchanged."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SAID = {
     ],
     # The crate is lifted by 0.24 m, and its centre is 0.03 m above the ground before and after.
     "grasping": ["points of the crate touch fingers", "the crate hangs at 0.27 m", "and lies at 0.03 m"],
-    # While a foot is on the ground, 0.375 s, the body goes 2 * 0.15 rad * 0.2 m: that is 0.8 m in five seconds.
+    # While a foot is on the ground, 0.375 s, the body moves 2 * 0.15 rad * 0.2 m: 0.8 m in five seconds.
     "walking": ["walked 0.8"],
     "saved_states": ["ends at the same bits: True", "back from start.simdstate: ['saved_arm']"],
     "cart_pole": ["after 4 s the pole is upright"],
@@ -46,7 +46,7 @@ SAID = {
 
 
 def run(daemon: Daemon, folder: Path, *command: str) -> str:
-    """What a child process says, in a folder of its own."""
+    """Returns the output of a child process in a separate folder."""
     environment = {**os.environ, "SIMD_ENDPOINT": daemon.endpoint}
     ran = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=SECONDS
@@ -73,7 +73,7 @@ def test_an_arm_reaches_past_a_post_in_a_world_that_plays(sim: Simulation, daemo
     said = run(daemon, tmp_path, sys.executable, str(EXAMPLES / "reaching.py"), "--starts", "2")
     reached = re.search(r"reached from (\d) of 2 starts", said)
     late = re.search(r"one in twenty more than (\S+) ms", said)
-    # A controller whose calls are longer than its turns of 20 ms is late, and may miss.
+    # A controller with calls longer than its turns of 20 ms is late, and may miss.
     assert reached is not None and late is not None and (int(reached[1]) > 0 or float(late[1]) > 20.0), said
     assert list(sim.robots) == []
 
@@ -85,7 +85,7 @@ def test_an_example_runs_beside_what_is_there_already(sim: Simulation, daemon: D
     assert list(sim.robots) == [there.name, first.name]
 
 
-# Those that go on for long enough to be interrupted.
+# Examples that run long enough to be interrupted.
 @pytest.mark.parametrize("name", ["tutorial", "lockstep", "walking", "cart_pole", "learning", "reaching", "two_robots_asyncio"])
 def test_an_example_that_is_interrupted_leaves_the_world_as_it_was(
     name: str, sim: Simulation, daemon: Daemon, tmp_path: Path
@@ -141,5 +141,5 @@ def test_the_notebook_is_executed(daemon: Daemon, tmp_path: Path) -> None:
 
 
 def test_every_example_is_tested() -> None:
-    # Those that are not in the list have a test of their own.
+    # Examples outside the list have separate tests.
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {*SAID, "foxglove_live", "reaching"}

@@ -1,4 +1,4 @@
-"""A program ends, however it ends, and with whatever open."""
+"""A program ends, in every way and with anything open."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from daemon import Daemon
 
 from simd_client import Simulation
 
-# What happens by chance has to happen in one of these.
+# A random failure must appear in one of these.
 AT_ONCE = 4
 
 SLIDER = """

@@ -1,4 +1,4 @@
-"""What messages advise to install is what the package's own extras bring."""
+"""Messages advise the package's own extras."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The example for Foxglove, read as its app does: over its WebSocket protocol."""
+"""The example for Foxglove, read like Foxglove's app does: over its WebSocket protocol."""
 
 # pyright: reportUnknownVariableType=false, reportUnknownMemberType=false, reportUnknownArgumentType=false
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
 
 
 def look(address: str) -> dict[str, Any]:
-    """What an app sees that connects and subscribes to everything."""
+    """Returns the messages to an app that connects and subscribes to everything."""
     with connect(address, subprotocols=[Subprotocol("foxglove.sdk.v1")], max_size=None) as app:
         return read(app, {"/joint_states", "/tf", "/scene"})
 
@@ -51,7 +51,7 @@ def read(app: ClientConnection, wanted: set[str]) -> dict[str, Any]:
 
 
 def decoded(channel: Any, data: bytes) -> Any:
-    """A message by the schema that came with its channel."""
+    """Parses a message by the schema of its channel."""
     assert (channel["encoding"], channel["schemaEncoding"]) == ("protobuf", "protobuf")
     files = descriptor_pb2.FileDescriptorSet.FromString(base64.b64decode(channel["schema"]))
     pool = descriptor_pool.DescriptorPool()
@@ -71,7 +71,7 @@ def test_foxglove_sees_the_robots(sim: Simulation, daemon: Daemon) -> None:
         assert example.stdout is not None
         address = example.stdout.readline().split()[-1]
         try:
-            # An app that comes later sees the same.
+            # A later app sees the same.
             first, seen = look(address), look(address)
         finally:
             example.terminate()

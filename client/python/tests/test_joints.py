@@ -18,7 +18,7 @@ def test_a_target_of_one_joint_is_gone_to_and_reached(sim: Simulation, arm: Robo
     elbow.target = 0.5
     assert (elbow.mode, elbow.target) == (JointMode.POSITION, 0.5)
     sim.step(5000)
-    # Dry friction holds the joint where the spring is too weak to overcome it.
+    # Dry friction holds the joint if the spring is too weak to overcome it.
     rest = elbow.info.friction / elbow.info.default_gains.stiffness
     assert elbow.position == pytest.approx(0.5, abs=rest + 1e-6) and rest < 1e-3
     assert elbow.velocity == pytest.approx(0.0, abs=1e-6)

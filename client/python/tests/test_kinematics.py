@@ -1,4 +1,4 @@
-"""Kinematics of a robot agree with each other and with what the world does."""
+"""Kinematics of a robot agree with each other and with the motion of the world."""
 
 from __future__ import annotations
 

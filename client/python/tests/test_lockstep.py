@@ -27,7 +27,7 @@ def test_two_clients_that_joined_step_the_world_together(sim: Simulation, daemon
             other.join()
             assert reached_first == [4, 8, 12]
             assert [step - before for step in reached] == [4, 8, 12]
-        # No member waits for those who have left.
+        # No member waits for clients that have left.
         assert first.step(1).stamp.step == before + 13
 
 

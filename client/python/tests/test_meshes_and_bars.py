@@ -22,7 +22,7 @@ FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 
 
 class Bar:
-    """Keeps what it is called with, as a `tqdm` would show it."""
+    """Records its calls, as a `tqdm` would show them."""
 
     made: list[Bar] = []
 
@@ -46,7 +46,7 @@ def bars() -> list[Bar]:
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A robot whose meshes no daemon has seen."""
+    """A robot with meshes that no daemon has seen."""
     folder = tmp_path / "Two Link.v2"
     shutil.copytree(ASSETS / "Two Link.v2", folder)
     for index, mesh in enumerate(sorted((folder / "meshes").iterdir())):
@@ -88,7 +88,7 @@ def arch() -> tuple[Any, Any]:
 def test_a_file_says_what_its_meshes_are_to_become(
     sim: Simulation, tmp_path: Path, collision: Any, fixed: bool, closed: bool
 ) -> None:
-    """A ray between the legs of an arch meets what closed it."""
+    """A ray between the legs of an arch hits the hull that closes it."""
     vertices, faces = arch()
     lines = [*("v {} {} {}".format(*each) for each in vertices), *("f {} {} {}".format(*each) for each in faces + 1)]
     (tmp_path / "arch.obj").write_text("\n".join(lines))

@@ -1,4 +1,4 @@
-"""Robots go somewhere, and a program waits for it."""
+"""Robots move to goals, and a program waits for them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_a_robot_moves_step_by_step_the_same_each_time(sim: Simulation, arm: Rob
     sim.restore_state(start)
     again = arm.move_to({"shoulder joint": 0.3, "elbow joint": -0.4}, steps=10)
     assert again.position.tolist() == first.position.tolist()
-    # It is there already.
+    # It is at the goal already.
     assert arm.move_to(first.position, steps=10).stamp.step == again.stamp.step
 
 
@@ -66,7 +66,7 @@ def test_a_paused_world_is_refused_at_once(sim: Simulation, arm: Robot) -> None:
     with pytest.raises(simd_client.WrongState, match="paused, so that robot `arm` does not move: play it") as refused:
         arm.move_to([0.3, 0.3])
     assert (refused.value.code, refused.value.reason) == ("FAILED_PRECONDITION", "WRONG_STATE")
-    # What is true already needs no motion.
+    # A condition that is true already needs no motion.
     assert arm.wait_until(lambda _: True).stamp == sim.stamp
 
 

@@ -1,4 +1,4 @@
-"""What comes over time is the newest, however slow its reader."""
+"""Published items are the newest, however slow their reader."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_reader_that_stalled_gets_the_newest_state_and_no_old_one(sim: Simulat
         next(states)
         sim.play()
         before = next(states).stamp.sequence
-        # The reader stalls until the world has gone on by many publications.
+        # The reader stalls until the world has made many publications.
         stop = within()
         while sim.stamp.step < 1000 and time.monotonic() < stop:
             pass
@@ -36,15 +36,15 @@ def test_a_reader_that_stalled_gets_the_newest_state_and_no_old_one(sim: Simulat
         last = sim.states()[arm]
         newest = list(itertools.takewhile(lambda s: s.stamp.sequence < last.stamp.sequence, states))
     assert last.stamp.sequence - before > 500
-    # One publication waited at the most, whatever was published meanwhile.
+    # At most one publication waited, although many were made meanwhile.
     assert len(newest) <= 3, [state.stamp.sequence for state in newest]
 
 
 def test_a_watch_waits_for_publications_and_not_for_a_time(
     sim: Simulation, arm: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A reader that looks now and then misses what comes between two looks: at 1 kHz an eighth of the states, with a look
-    each millisecond."""
+    """A reader that polls misses states between two polls: at 1 kHz an eighth of the states, with a poll each
+    millisecond."""
     slept: list[float] = []
 
     def sleep(seconds: float) -> None:

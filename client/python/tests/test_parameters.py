@@ -1,4 +1,4 @@
-"""Sliders and buttons are the daemon's: any client moves them, any client sees it."""
+"""Sliders and buttons belong to the daemon: any client moves them, any client sees it."""
 
 from __future__ import annotations
 

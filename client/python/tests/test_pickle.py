@@ -1,4 +1,4 @@
-"""What a call returns can be sent to another process."""
+"""Results of calls can be sent to another process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who touches whom, and questions about where things are."""
+"""Contacts, and geometric queries."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def floor(sim: Simulation) -> Robot:
 
 @pytest.fixture
 def ball(sim: Simulation, floor: Robot) -> Robot:
-    """0.1 m, 1 m above the floor."""
+    """A ball of 0.1 m, 1 m above the floor."""
     return sim.add_sphere(0.1, 1.0, (0, 0, 1), name="ball")
 
 

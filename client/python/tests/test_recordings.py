@@ -1,4 +1,4 @@
-"""Recordings are files that tools of others read, with the values that the daemon had."""
+"""Independent tools read recordings, with the values of the daemon."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def recorded(tmp_path: Path) -> Iterator[tuple[Simulation, Robot]]:
 
 
 def record(sim: Simulation, arm: Robot) -> list[tuple[float, Any]]:
-    """Records 200 steps, every tenth of which has a state; returns the states that the daemon had."""
+    """Records 200 steps, with a state at every tenth; returns the daemon's states."""
     seen: list[tuple[float, Any]] = []
     with sim.record("run", rate=100) as recording:
         assert recording.info.state == "recording"
@@ -44,7 +44,7 @@ def record(sim: Simulation, arm: Robot) -> list[tuple[float, Any]]:
 
 
 def check(message: Any, seen: list[tuple[float, Any]]) -> None:
-    """A JointState is one of the daemon's states, to the bit."""
+    """A JointState equals one of the daemon's states, to the bit."""
     time = message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
     state = next(state for at, state in seen if abs(at - time) < 1e-9)
     assert len(message.name) == 2

@@ -1,4 +1,4 @@
-"""A call that timed out is asked about, and done once."""
+"""A call that timed out is asked about, and executed once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots come from this disk into the world, and are objects there."""
+"""Robots are loaded from this disk into the world, and are objects there."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_a_link_is_pulled_to_a_point_and_let_go(sim: Simulation) -> None:
     box = sim.load_text(BOX)
     box.pull("body", (0.1, 0, 0), duration=10)
     sim.step(3000)
-    # The default spring has 60 N/m for each kilogram: within a second it is there.
+    # The default spring has 60 N/m for each kilogram: within a second it arrives.
     assert box.pose.position[0] == pytest.approx(0.1, abs=1e-4)
     box.pull("body", (0.4, 0, 0), stiffness=100, max_force=2, duration=10)
     sim.step(100)

@@ -1,4 +1,4 @@
-"""Daemons behind one router share a rollout, and what comes of it is what comes of one of them."""
+"""Daemons behind one router share a rollout, with the same result as one of them alone."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ GROUND = """<robot name="block"><link name="block"><inertial><mass value="1"/>
 
 @pytest.fixture(scope="module")
 def router() -> Iterator[str]:
-    """Where a router of Zenoh listens, in this process."""
+    """Address of a Zenoh router in this process."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         locator = f"tcp/127.0.0.1:{free.getsockname()[1]}"
@@ -48,7 +48,7 @@ def router() -> Iterator[str]:
 
 
 class Behind(Daemon):
-    """A daemon that joins a router, and the connection to it through that."""
+    """A daemon that joins a router, and the connection to it through the router."""
 
     def __init__(self, router: str, name: str) -> None:
         super().__init__("--paused", "--zenoh-connect", router, name=name)
@@ -63,7 +63,7 @@ class Behind(Daemon):
 
 @pytest.fixture(scope="module")
 def one(router: str) -> Iterator[Behind]:
-    """With an arm above a block, and a saved state of both."""
+    """Spawns an arm above a block, and saves a state of both."""
     behind = Behind(router, "one")
     sim = behind.sim
     sim.load(ASSETS / "Two Link.v2", "arm", fixed=True)
@@ -75,7 +75,7 @@ def one(router: str) -> Iterator[Behind]:
 
 @pytest.fixture(scope="module")
 def two(router: str, one: Behind) -> Iterator[Behind]:
-    """With the saved state, and an empty world."""
+    """Imports the saved state into an empty world."""
     behind = Behind(router, "two")
     one.sim.share_state(STATE, [behind.sim])
     yield behind
@@ -83,7 +83,7 @@ def two(router: str, one: Behind) -> Iterator[Behind]:
 
 
 def assert_equal(left: Rollout, right: Rollout) -> None:
-    """To the bit, but for the time that it took."""
+    """Checks equality to the bit, except for the duration."""
     for name in ("costs", "terms", "step_costs", "steps_done"):
         np.testing.assert_array_equal(getattr(left, name), getattr(right, name), err_msg=name)
     assert len(left.observations) == len(right.observations)
@@ -108,7 +108,7 @@ def test_a_shared_rollout_is_that_of_one_daemon_to_the_bit(one: Behind, two: Beh
         "variations": [
             Variation("joint_positions", arm, normal=(0.0, 0.1)),
             Variation("link_masses", arm, uniform=(0.8, 1.2)),
-            # The tail of such a factor is put to its edge.
+            # The tail of such a factor is clamped to its edge.
             Variation("joint_damping", arm, normal=(0.5, 1.0)),
             Variation("joint_friction", arm, arm.joint_names[:1], uniform=(0.0, 2.0)),
             Variation("gains", arm, normal=(1.0, 0.1)),
@@ -163,7 +163,7 @@ def test_the_part_of_a_daemon_that_is_killed_is_asked_of_the_others(one: Behind,
         alone = one.sim.rollout(1000, **asked)
 
         def kill(done: int, of: int) -> None:
-            """As soon as something is done: of eight parts the other daemon then has one."""
+            """Once some copies are done: of eight parts the other daemon then has one."""
             if other.process.poll() is None:
                 assert 0 < done < of
                 other.kill()

@@ -1,4 +1,4 @@
-"""Copies of the world run on, and what became of them comes as arrays."""
+"""Copies of the world run, and their results come as arrays."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_rows_are_read_as_often_as_is_asked_and_costs_are_sums_of_steps(sim: Sim
 
 
 def test_knots_are_interpolated_and_feedback_closes_a_loop(sim: Simulation, arm: Robot) -> None:
-    # Velocities towards a place, in proportion to the way to it.
+    # Velocities towards a position, in proportion to the distance.
     feedback = Feedback(np.hstack([10.0 * np.eye(2), np.zeros((2, 2))]), [0.5, 0.1, 0.0, 0.0])
     control = Control(arm, mode="velocity", feedback=feedback)
     read = [Observation("joint_positions", arm)]
@@ -117,7 +117,7 @@ SPINNER = """<robot name="spinner"><link name="base"/><link name="wheel"><inerti
 
 def test_a_copy_whose_feedback_runs_away_ends_alone(sim: Simulation) -> None:
     spinner = sim.load_text(SPINNER, "spinner", fixed=True)
-    # It has no limits: the faster it turns, the faster it is to turn.
+    # It has no limits: its desired velocity grows with its velocity.
     gains = np.zeros((2, 1, 1, 2))
     gains[1] = -1e6
     control = Control(spinner, mode="velocity", feedback=Feedback(gains))
@@ -229,7 +229,7 @@ def test_each_environment_begins_by_its_own_seed_where_there_is_one_for_each(sim
     turned, _ = envs.reset(seed=[3, 2, 7])
     np.testing.assert_array_equal(turned[:2], first[[2, 1]])
     assert not np.array_equal(turned[2], first[0])
-    # What comes after the first episode is drawn from the same sources.
+    # Draws after the first episode come from the same sources.
     ends: list[FloatArray] = []
     for seeds in ([1, 2, 3], [3, 2, 1]):
         envs.reset(seed=seeds)

@@ -1,6 +1,6 @@
-"""A graph of ROS 2 of other makers sees the daemon: zenoh-ros2-sdk's nodes and rosbags' types, at a router of Zenoh.
+"""Independent ROS 2 tools see the daemon: zenoh-ros2-sdk's nodes and rosbags' types, at a router of Zenoh.
 
-The session of zenoh-ros2-sdk is one for the process, and so is the router.
+The process has one session of zenoh-ros2-sdk, and one router.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def test_commands_of_a_foreign_publisher_move_joints_unless_another_client_claim
     np = make_ros2.np
     positions.publish(layout=layout, data=np.array(wanted))
     states.until(lambda message: np.allclose(message.position, wanted, atol=0.01))
-    # Of another number of joints, then nonsense: refused, and the next one holds.
+    # First another number of joints, then nonsense: both are refused, and the next one holds.
     positions.publish(layout=layout, data=np.array([0.5]))
     positions.publish(layout=layout, data=np.array([np.nan] * 7))
     by_name = graph.publisher("/joint_commands", "sensor_msgs/msg/JointState")

@@ -1,4 +1,4 @@
-"""Saved states go out to files and into another process of the daemon."""
+"""Saved states are exported to files and imported into another process of the daemon."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ def test_a_scan_is_a_grid_with_points(sim: Simulation) -> None:
     ranges = lidar.read().measurement.ranges
     assert ranges.shape == (3, 5) and ranges.dtype == np.float32
     assert kind.directions().shape == (3, 5, 3)
-    # What hits is on the wall; behind the sensor there is nothing.
+    # Hits are on the wall; behind the sensor nothing is hit.
     points = kind.points(ranges)
     assert len(points) == np.isfinite(ranges).sum() > 0
     assert points[:, 0] == pytest.approx(np.full(len(points), 2.9), abs=1e-5)
@@ -150,7 +150,7 @@ def test_each_reading_comes_in_order_and_what_is_gone_is_counted(sim: Simulation
 def test_what_is_gone_is_counted_by_the_reading_after_it() -> None:
     numbers = [7, 8, 12, 13]
     message = proto.SensorReadings(missed=5, readings=[proto.SensorReading(sequence=each) for each in numbers])
-    # Of the five three are between 8 and 12.
+    # Three of the five are between 8 and 12.
     assert [each.missed for each in readings_from_proto(message)] == [2, 0, 3, 0]
 
 

@@ -1,4 +1,4 @@
-"""Tables of what untrusted files are called."""
+"""Tables with names from untrusted files."""
 
 from __future__ import annotations
 

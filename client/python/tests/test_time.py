@@ -1,4 +1,4 @@
-"""Time runs, stands, is stepped and is put back."""
+"""Time runs, stops, is stepped and is reset."""
 
 from __future__ import annotations
 

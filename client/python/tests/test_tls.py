@@ -1,4 +1,4 @@
-"""Each thing that can be wrong with certificates has a sentence of its own."""
+"""Each possible error of certificates has a separate sentence."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def daemon(files: Path) -> Iterator[Daemon]:
 
 @pytest.fixture(scope="module")
 def strict(files: Path) -> Iterator[Daemon]:
-    """Asks its clients for certificates."""
+    """Requires certificates from its clients."""
     with served(files, f'enable_mtls: true, root_ca_certificate: "{files}/authority.pem"') as running:
         yield running
 

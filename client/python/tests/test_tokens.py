@@ -1,4 +1,4 @@
-"""A daemon that asks for tokens."""
+"""A daemon that requires tokens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trajectories that the daemon carries out."""
+"""Trajectories that the daemon executes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a session that hears and answers everything can do: nothing to claimed joints, and nothing to a client."""
+"""A session that receives and answers everything harms no claimed joint and no client."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simd_client import Robot, Simulation, proof, proto
 
 @pytest.fixture
 def untrusted(daemon: Daemon) -> Iterator[zenoh.Session]:
-    """A session on the same network that knows nothing but keys."""
+    """A session on the same network that knows only keys."""
     settings = {"mode": "client", "connect": {"endpoints": [daemon.endpoint]}}
     settings["scouting"] = {"multicast": {"enabled": False}}  # pyright: ignore[reportArgumentType]
     session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
@@ -104,5 +104,5 @@ def test_a_token_that_is_none_is_not_read_and_two_of_one_name_are_refused(
     with tokens.declare_token(f"@simd/daemons/{daemon.name}/{forged}"):
         with pytest.raises(simd_client.EndpointError, match=forged):
             simd_client.connect(daemon.endpoint)
-        # Who was there before goes on.
+        # An earlier client continues.
         sim.states()

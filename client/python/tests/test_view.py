@@ -1,4 +1,4 @@
-"""Markers, cameras, keys and mouse. The page is played by a connection that says what a page says."""
+"""Markers, cameras, keys and mouse. A connection plays the page and sends its reports."""
 
 from __future__ import annotations
 

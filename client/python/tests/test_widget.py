@@ -1,4 +1,4 @@
-"""A panel of a robot in a notebook: what its Python side does. The page's side is looked at by a person."""
+"""A panel of a robot in a notebook: its Python side. A person checks the page's side."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_what_it_needs_is_said(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not there")
 def test_its_script_is_a_module_that_draws(tmp_path: Path) -> None:
-    """With just as much of a document as it uses."""
+    """Only the used part of a document."""
     source = Path(sys.modules["simd_client.widget"].__file__ or "").with_name("panel.js").read_text()
     (tmp_path / "panel.mjs").write_text(source)
     (tmp_path / "run.mjs").write_text(

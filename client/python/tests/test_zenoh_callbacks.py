@@ -1,4 +1,4 @@
-"""Sessions that are dropped are closed, whatever the thread that notices is doing."""
+"""Dropped sessions are closed, whatever the noticing thread does."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simd_client.zenoh_callbacks import close_anywhere, wait_for_callbacks
 
 
 class Session:
-    """One whose `close` waits for a callback that is running, as Zenoh's does."""
+    """A session with a `close` that waits for a running callback, as Zenoh's does."""
 
     def __init__(self) -> None:
         self.returned = threading.Event()
@@ -31,7 +31,7 @@ def drop(session: Session) -> None:
 
 def test_a_thread_that_zenoh_waits_for_does_not_wait_for_zenoh() -> None:
     session = Session()
-    # As a collection of garbage does it before the first instruction of a callback, or after the last.
+    # A garbage collection does it before the first instruction of a callback, or after the last.
     begin = time.monotonic()
     drop(session)
     session.returned.set()

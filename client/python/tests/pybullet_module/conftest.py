@@ -1,4 +1,4 @@
-"""Daemons for the tests of `simd_client.pybullet`: each of its own, on free ports of this machine."""
+"""Daemons for the tests of `simd_client.pybullet`: each is separate, on free ports of this machine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BENCH_ARM = REPOSITORY / "tests/assets/Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 re
 SEVEN_ARM = REPOSITORY / "tests/assets/seven_arm/urdf/seven_arm.urdf"
 
 
-# What holds over one holds over both.
+# Properties of one hold for both.
 WAYS = [
     pytest.param("--new", id="daemon"),
     pytest.param(
@@ -43,11 +43,11 @@ def binary() -> str:
 
 @pytest.fixture(autouse=True)
 def nothing_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No test connects to a daemon that happens to run."""
+    """No test connects to an unrelated running daemon."""
     monkeypatch.delenv("SIMD_ENDPOINT", raising=False)
 
 
-# In these others come to the script's world: pages, renderers, clients.
+# In these, others join the script's world: pages, renderers, clients.
 WITH_OTHERS = {"test_debug_items", "test_pictures"}
 
 
@@ -59,7 +59,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of the cases of a test the first one alone runs on a daemon too: what they add says nothing of the way to a world."""
+    """Only the first case of a test also runs on a daemon: the others say nothing about the connection."""
     if not embedded_link.is_installed():
         return
     seen: set[tuple[Path, str]] = set()
@@ -79,7 +79,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture
 def script(request: pytest.FixtureRequest) -> Iterator[ModuleType]:
-    """The module, connected as number 0 to a daemon of its own, and to a world in this process."""
+    """The module, connected as number 0 to a separate daemon, and to a world in this process."""
     assert pybullet.connect(pybullet.DIRECT, options=request.param) == 0
     yield pybullet
     for number in range(8):
@@ -89,7 +89,7 @@ def script(request: pytest.FixtureRequest) -> Iterator[ModuleType]:
 
 @pytest.fixture
 def bullet() -> Iterator[Any]:
-    """PyBullet itself, connected as its number 0 to a world of its own."""
+    """PyBullet itself, connected as its number 0 to a separate world."""
     real: Any = pytest.importorskip("pybullet", exc_type=ImportError)
     assert real.connect(real.DIRECT) == 0
     yield real
@@ -99,7 +99,7 @@ def bullet() -> Iterator[Any]:
 
 @pytest.fixture
 def daemon() -> Iterator[DaemonProcess]:
-    """A daemon that is running before any script comes."""
+    """A daemon that runs before any script starts."""
     running = daemon_process.start()
     yield running
     for number in range(8):

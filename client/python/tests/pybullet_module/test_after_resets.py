@@ -1,4 +1,4 @@
-"""What touches after something was put elsewhere, and limits that are given to inverse kinematics."""
+"""Contacts after a reset, and limits that are given to inverse kinematics."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ PLACE, SPIN = (0.48, 0.0, 0.64, 0.6), (1.0, 2.0, 3.0)
 
 @pytest.fixture
 def turned(tmp_path: Path) -> str:
-    """A pendulum whose inertia has axes of its own: Bullet counts a joint's orientations in them."""
+    """A pendulum with rotated axes of inertia: Bullet expresses a joint's orientations in them."""
     text = PENDULUM.read_text().replace('-0.4"/>', '-0.4" rpy="0.4 0.5 -0.6"/>')
     assert "0.5 -0.6" in text
     urdf = tmp_path / "turned.urdf"
@@ -59,7 +59,7 @@ def test_a_motor_turns_it_to_an_orientation_and_holds_it_there(script: ModuleTyp
     position, velocity, _, torque = script.getJointStateMultiDof(body, 0)
     assert abs(sum(a * b for a, b in zip(position, PLACE, strict=True))) > 1.0 - 1e-5
     assert max(map(abs, velocity)) < 1e-3 and 0.5 < max(map(abs, torque)) < 200.0
-    # Let go, it falls.
+    # Released, it falls.
     script.setJointMotorControlMultiDof(body, 0, script.POSITION_CONTROL, targetPosition=PLACE, force=[0, 0, 0])
     for _ in range(60):
         script.stepSimulation()

@@ -217,7 +217,7 @@ def test_friction_against_rolling_and_spinning_is_the_daemons(script: ModuleType
 
 @pytest.mark.parametrize("frame", [pybullet.WORLD_FRAME, pybullet.LINK_FRAME])
 def test_a_force_acts_for_one_step_at_its_place(script: ModuleType, frame: int) -> None:
-    """At the centre of mass it only pushes: v = h F / m; a torque only turns: w = h T / I."""
+    """At the centre of mass it only pushes: v = h F / m; a torque only rotates: w = h T / I."""
     body = box(script, 2.0)
     place = (0.0, 0.0, 3.0) if frame == pybullet.WORLD_FRAME else (0.0, 0.0, 0.0)
     script.applyExternalForce(body, -1, [0, 4, 0], place, frame)
@@ -257,7 +257,7 @@ def test_a_log_has_pybullets_columns_and_a_row_a_step(script: ModuleType, tmp_pa
 
 
 def test_a_fixed_base_is_freed_by_a_mass_and_fixed_by_none(script: ModuleType) -> None:
-    """As PyBullet does, which computes the inertia from the collision shape."""
+    """Like PyBullet, which computes the inertia from the collision shape."""
     real: Any = pytest.importorskip("pybullet", exc_type=ImportError)
     server = real.connect(real.DIRECT)
     found: list[list[Any]] = [[], []]

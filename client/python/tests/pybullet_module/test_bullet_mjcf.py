@@ -1,4 +1,4 @@
-"""MJCF files that are made for Bullet's reader, beside PyBullet: those of `pybullet_envs`."""
+"""MJCF files for Bullet's reader, beside PyBullet: those of `pybullet_envs`."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ CORNER = "v 0 0 0\nv 0.4 0 0\nv 0 0.6 0\nv 0 0 0.8\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf
 
 
 def turn(quaternion: Any) -> tuple[float, ...]:
-    """With one of its two signs."""
+    """Returns a quaternion with one of its two signs."""
     x, y, z, w = quaternion
     sign = -1.0 if next((each for each in (w, x, y, z) if abs(each) > 1e-4), 0.0) < 0.0 else 1.0
     return tuple(sign * each for each in (x, y, z, w))
 
 
 def read(p: Any, file: Path, flags: int) -> tuple[list[Any], list[float]]:
-    """What is known of all bodies of a file: names and kinds, and numbers."""
+    """Returns facts on all bodies of a file: names and kinds, and numbers."""
     words: list[Any] = []
     numbers: list[float] = []
     for body in p.loadMJCF(str(file), flags=flags):
@@ -112,7 +112,7 @@ def test_an_ant_falls_onto_its_feet_as_pybullets(bullet: Any, script: ModuleType
     ],
 )
 def test_what_cannot_be_read_is_reported(script: ModuleType, tmp_path: Path, change: tuple[str, str], said: str) -> None:
-    # As many ends as beginnings.
+    # The numbers of ends and beginnings match.
     ends = "</body>" * max(change[1].count("<body>"), 1)
     text = OWN.replace(*change).replace("</body>\n</worldbody>", f"{ends}</worldbody>")
     (tmp_path / "own.xml").write_text(text)

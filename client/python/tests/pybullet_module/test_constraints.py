@@ -132,7 +132,7 @@ def test_each_change_leaves_the_fields_that_pybullets_does(bullet: Any, script: 
         for change in _CHANGES:
             assert p.changeConstraint(made, **change) is None
             infos.append(p.getConstraintInfo(made))
-        # PyBullet ends the process where a gear is asked for its force before a step.
+        # PyBullet ends the process if a gear is asked for its force before a step.
         lengths = 0 if kind == "JOINT_GEAR" else len(p.getConstraintState(made))
         found.append((made, lengths, infos))
     assert found[0] == found[1]
@@ -160,7 +160,7 @@ def test_a_gear_turns_a_joint_as_pybullets_does(bullet: Any, script: ModuleType)
 
 @pytest.mark.parametrize("ratio", [-0.5, 2.0])
 def test_a_gear_does_what_pybullets_does(bullet: Any, script: ModuleType, tmp_path: Path, ratio: float) -> None:
-    """Between two arms of 1 kg m^2, one of which is turned by 6 N m: v + ratio * w = 0 takes 6 / (1 + ratio^2) of that."""
+    """Two arms have 1 kg m^2, and one a torque of 6 N m: v + ratio * w = 0 takes 6 / (1 + ratio^2) of it."""
     found: list[Any] = []
     for p in (bullet, script):
         first, second = turning_arm(p, tmp_path), turning_arm(p, tmp_path)
@@ -171,12 +171,12 @@ def test_a_gear_does_what_pybullets_does(bullet: Any, script: ModuleType, tmp_pa
         for _ in range(24):
             p.setJointMotorControl2(first, 0, p.TORQUE_CONTROL, force=6)
             p.stepSimulation()
-        # PyBullet ends the process where a gear is asked for this before a step.
+        # PyBullet ends the process if a gear is asked for this before a step.
         (effort,) = p.getConstraintState(made)
         joints = [p.getJointState(body, 0)[:2] for body in (first, second)]
         found.append((effort, joints, p.getConstraintInfo(made)))
     (effort, joints, info), (our_effort, our_joints, our_info) = found
-    # Its size: PyBullet's has the sign of what it does to the first joint.
+    # Its size: PyBullet's has the sign of its effect on the first joint.
     assert our_effort == pytest.approx(6 / (1 + ratio**2), rel=1e-4)
     assert our_effort == pytest.approx(abs(effort), rel=1e-3)
     for (position, velocity), (our_position, our_velocity) in zip(joints, our_joints, strict=True):
@@ -208,7 +208,7 @@ def test_numbers_come_and_go_as_pybullets_do(bullet: Any, script: ModuleType) ->
             with pytest.raises(p.error):
                 gone(made[1])
         seen += [fixed(1, 2), numbers()]
-        # What is on a body goes with it, as parent and as child.
+        # Constraints of a body are deleted with it, as parent and as child.
         p.removeBody(boxes[1])
         seen.append(numbers())
         p.stepSimulation()
@@ -233,8 +233,8 @@ def test_ends_that_are_not_there_are_refused(bullet: Any, script: ModuleType) ->
 
 
 def test_what_pybullet_takes_for_nothing_is_refused(bullet: Any, script: ModuleType) -> None:
-    """A child that is not there, a link held to itself and vectors of a wrong length make constraints in
-    PyBullet that hold something else than the script says, or nothing."""
+    """An unknown child, a link held to itself, and vectors of a wrong length make wrong constraints in
+    PyBullet, or none."""
     for p, refuses in ((bullet, False), (script, True)):
         box = _box(p, (0, 0, 1))
         zero = [0, 0, 0]

@@ -113,7 +113,8 @@ def test_links_touch_each_other_where_a_script_asks_for_it(script: ModuleType, t
 
 
 def slid_and_bounced(module: Any) -> "list[float]":
-    """Speeds of boxes that slide down a slope, by their friction, and heights that balls come up to, by the ground's restitution."""
+    """Returns velocities of boxes that slide down a slope, by their friction, and rebound heights of balls,
+    by the ground's restitution."""
     shape = module.createCollisionShape(module.GEOM_BOX, halfExtents=[0.2, 0.2, 0.05])
     tilt = module.getQuaternionFromEuler([0, 0.6, 0])
     slope = module.createMultiBody(0, module.createCollisionShape(module.GEOM_BOX, halfExtents=[50, 10, 1]), -1, [0, 0, -10], tilt)
@@ -172,7 +173,7 @@ def test_a_contact_with_stiffness_is_a_spring_as_in_pybullet(script: ModuleType,
 
 def test_springs_beyond_what_can_be_are_as_stiff_as_can_be(script: ModuleType, resting: "tuple[int, int]") -> None:
     _, box = resting
-    # What Bullet has for rigid, and a spring that a reload keeps; what is no number changes nothing.
+    # Bullet's value for rigid, and a spring that a reload keeps; an invalid number changes nothing.
     script.changeDynamics(box, -1, contactStiffness=1e18, contactDamping=0.1)
     script.changeDynamics(box, -1, contactStiffness=3000, contactDamping=200)
     with pytest.raises(script.error):

@@ -69,9 +69,9 @@ def test_a_mesh_is_written_as_convex_parts_as_pybullet_writes_it(bullet: Any, sc
                 if size < 1e-9:
                     continue
                 normal *= -1.0 if np.dot(normal, middle - vertices[a]) > 0 else 1.0
-                # No corner of a convex part is beyond a face of it. Six digits are written.
+                # No corner of a convex part is outside of one of its faces. Six digits are written.
                 assert float(((vertices - vertices[a]) @ (normal / size)).max()) < 2e-5
-    # Each can load what it wrote, and nothing was left in the world.
+    # Each can load its own file, and the world is unchanged.
     assert script.getNumBodies() == 0
     shape = script.createCollisionShape(script.GEOM_MESH, fileName=str(tmp_path / f"{script.__name__}.obj"))
     assert script.createMultiBody(1, shape) == 0

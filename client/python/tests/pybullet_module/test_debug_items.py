@@ -1,4 +1,5 @@
-"""Debug lines, points and texts, keys, mouse and the camera. The page is played by a connection that says what a page says."""
+"""Debug lines, points and texts, keys, mouse and the camera. A connection plays the page and sends its
+reports."""
 
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ def report(page: Simulation, *events: proto.InputEvent, camera: proto.ViewCamera
 
 
 def drawn(page: Simulation, script_number: int = 0) -> tuple[Any, ...]:
-    """The markers, once the script's drawings are all there."""
+    """Returns the markers, once the script's drawings have all arrived."""
     connections.connected(script_number).drawings.flush()
     return page.view.markers()
 
@@ -59,7 +60,7 @@ def test_drawings_are_markers_with_numbers_of_their_own(script: ModuleType, page
     assert (third.text, third.points.tolist(), third.size, third.life_time) == ("here ", [[0, 0, 3]], 0.2, None)
 
     assert script.addUserDebugLine([0, 0, 0], [2, 0, 0], replaceItemUniqueId=line) == line
-    # What replaces one keeps the daemon's id.
+    # A replacing drawing keeps the daemon's id.
     assert [(each.id, each.kind) for each in drawn(page)] == [(1, "lines"), (2, "points"), (3, "text")]
     assert page.view.markers()[0].points.tolist() == [[[0, 0, 0], [2, 0, 0]]]
     script.removeUserDebugItem(points)
@@ -75,7 +76,7 @@ def test_drawings_are_markers_with_numbers_of_their_own(script: ModuleType, page
 
 
 def test_without_a_window_pybullet_takes_the_same_calls(bullet: Any, script: ModuleType) -> None:
-    """It draws nothing then and gives no number, but it is a number; what is wrong is wrong in both."""
+    """It draws nothing then and returns a number of no drawing; invalid arguments are errors in both."""
     for p in (bullet, script):
         arm = p.loadURDF(str(SEVEN_ARM), useFixedBase=1)
         parent: dict[str, Any] = {"parentObjectUniqueId": arm, "parentLinkIndex": 2, "replaceItemUniqueId": -1, "lifeTime": 1}
@@ -110,7 +111,7 @@ def test_drawings_on_a_link_are_about_its_center_of_mass(script: ModuleType, pag
     on_link, on_none = drawn(page)
     state = script.getLinkState(arm, 2)
     assert (on_link.robot, on_link.link) == ("seven_arm", script.getJointInfo(arm, 2)[12].decode())
-    # The same index by PyBullet's own words: of the center of mass, and of the link's frame.
+    # The same index in PyBullet's terms: of the center of mass, and of the link's frame.
     wanted = script.multiplyTransforms(state[0], state[1], [0.1, 0, 0], [0, 0, 0, 1])[0]
     is_at = script.multiplyTransforms(state[4], state[5], on_link.points[0].tolist(), [0, 0, 0, 1])[0]
     assert is_at == pytest.approx(wanted, abs=1e-6)
@@ -129,7 +130,7 @@ def test_a_script_that_draws_without_end_loses_its_oldest_lines_and_goes_on(
     assert len(set(numbers)) == 1_200
     lines = [each for each in drawn(page) if each.kind == "lines"]
     assert capsys.readouterr().err.count("its oldest ones go") == 1
-    # Of 3,072 that one client may have: over Zenoh one is known by its name.
+    # One client may have 3,072: over Zenoh a client is known by its name.
     assert 500 < len(lines) <= 1_072 and len(page.view.delete(*others)) == 2_000
 
 
@@ -149,7 +150,7 @@ def test_a_thousand_lines_are_few_calls(
     for line in lines:
         script.addUserDebugLine([0, 0, 0], [0, 1, 0], replaceItemUniqueId=line)
     markers = drawn(page)
-    # The second line stands instead of the first, whether that was sent or still waited.
+    # The second line replaces the first, whether that was sent or still waited.
     assert len(markers) == 1_000 and all(each.points.tolist() == [[[0, 0, 0], [0, 1, 0]]] for each in markers)
     assert 1 <= len(called) <= 200
 
@@ -167,7 +168,7 @@ def test_a_drawing_that_the_daemon_refuses_keeps_no_other_away(
     script: ModuleType, page: Simulation, capsys: pytest.CaptureFixture[str]
 ) -> None:
     script.addUserDebugText("a", [0, 0, 1])
-    # More than a number of single precision.
+    # Larger than a number of single precision.
     script.addUserDebugLine([0, 0, 0], [1e300, 0, 0])
     script.addUserDebugText("b", [0, 0, 2])
     assert [each.text for each in drawn(page)] == ["a", "b"]
@@ -246,7 +247,7 @@ def test_the_camera_of_the_page_is_moved_and_read(bullet: Any, script: ModuleTyp
     camera = proto.ViewCamera(
         position=wanted.position, target=wanted.target, up=proto.Vector3(z=1), field_of_view=1.0, width=600, height=400
     )
-    # A page that has not followed yet is somewhere else.
+    # A page that has not followed yet is elsewhere.
     report(page, camera=proto.ViewCamera(position=proto.Vector3(x=9), target=proto.Vector3(), up=proto.Vector3(z=1), field_of_view=1.0, width=6, height=4))
     assert script.getDebugVisualizerCamera()[0] == 1024
     report(page, camera=camera, followed=wanted.version)
@@ -268,7 +269,7 @@ def test_colours_of_links_are_shown_in_the_page_and_again_after_a_reload(script:
     name = connections.connected(0).bodies[arm].robot
 
     def shown(after: int) -> tuple[int, dict[str, tuple[float, ...]]]:
-        """Once the view is newer: what each link of the arm has."""
+        """Once the view is newer: the colours of each link of the arm."""
         answer = page.call(methods.NextView, proto.NextViewRequest(after_version=after, timeout=10), wait=10)
         of_arm = [each for each in answer.colors.colors if each.robot == name]
         return answer.version, {each.link: (each.color.red, each.color.green, each.color.alpha) for each in of_arm}
@@ -284,7 +285,7 @@ def test_colours_of_links_are_shown_in_the_page_and_again_after_a_reload(script:
     script.changeDynamics(arm, 2, mass=3)
     _, colors = shown(version)
     assert colors == {links[0]: (1, 0.5, 1), links[1]: (0, 1, 0)}
-    # Nothing is to be shown of what is not there.
+    # Unknown things are not shown.
     script.changeVisualShape(arm, 99, rgbaColor=[1, 0, 0, 1])
     script.changeVisualShape(arm, 1, rgbaColor=[1, 0, 0, 1])
     script.removeBody(arm)

@@ -1,4 +1,4 @@
-"""What changeDynamics and resetJointStatesMultiDof do to joints, beside PyBullet."""
+"""Effects of changeDynamics and resetJointStatesMultiDof on joints, beside PyBullet."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ JOINT = (
 
 @pytest.fixture
 def chain(tmp_path: Any) -> str:
-    """A turn, a slide and a turn, without effects on each other."""
+    """A rotating, a sliding and a rotating joint, without effects on each other."""
     links = "".join(f"<link name='l{index}'>{INERTIAL}</link>" for index in range(4))
     joints = "".join(
         JOINT.format(name=f"j{index}", kind=kind, parent=f"l{index}", child=f"l{index + 1}")
@@ -36,7 +36,7 @@ def test_a_highest_velocity_is_of_all_joints_whichever_link_is_named(
     for p in (bullet, script):
         body = p.loadURDF(chain, useFixedBase=1, flags=p.URDF_USE_INERTIA_FROM_FILE)
         p.changeDynamics(body, link, maxJointVelocity=0.5)
-        # What is negative is not given.
+        # Negative values are ignored.
         p.changeDynamics(body, link, maxJointVelocity=-1, lateralFriction=0.4)
         for joint in range(3):
             p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, targetVelocity=2.0)

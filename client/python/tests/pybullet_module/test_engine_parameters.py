@@ -23,7 +23,7 @@ def test_parameters_have_pybullets_order_and_are_read_back(bullet: Any, script: 
         rows = [parameters(p)]
         p.setPhysicsEngineParameter(1 / 120, 30, 1, 0.02, 4)
         rows.append(parameters(p))
-        # What is negative is not given.
+        # Negative values are ignored.
         p.setPhysicsEngineParameter(-1, -1, -1, -1, -1, numNonContactInnerIterations=0, erp=-1)
         rows.append(parameters(p))
         p.setPhysicsEngineParameter(numSubSteps=0, numSolverIterations=0, numNonContactInnerIterations=3)
@@ -52,7 +52,7 @@ def test_motors_move_in_substeps_as_pybullets(bullet: Any, script: ModuleType, t
         for _ in range(10):
             p.stepSimulation()
             found[-1] += [p.getJointState(towards, 0)[0], p.getJointState(bounded, 0)[1], p.getJointState(braked, 0)[1]]
-        # PyBullet gives the impulse of a substep over the whole step.
+        # PyBullet divides the impulse of a substep by the whole step.
         found[-1] += [p.getJointState(bounded, 0)[3], p.getJointStates(bounded, [0, 0])[1][3]]
         found[-1].append(p.getJointStateMultiDof(bounded, 0)[3][0])
         p.setPhysicsEngineParameter(numSubSteps=1)

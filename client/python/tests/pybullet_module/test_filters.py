@@ -1,4 +1,5 @@
-"""Who touches whom, beside PyBullet: what falls through what, and which links of one body touch."""
+"""Collision filtering beside PyBullet: which bodies fall through others, and which links of one body
+touch."""
 
 from __future__ import annotations
 
@@ -77,7 +78,7 @@ def test_what_is_not_there_is_passed_over_as_in_pybullet(script: Any, bullet: An
 
 
 def chain(folder: Path) -> str:
-    """Four boxes that overlap, each on a hinge of the one before."""
+    """Four overlapping boxes, each on a hinge of its predecessor."""
     links = "".join(f'<link name="l{i}">{_INERTIA}{_BOX}</link>' for i in range(4))
     joints = "".join(
         f'<joint name="j{i}" type="continuous"><parent link="l{i}"/><child link="l{i + 1}"/>'
@@ -90,8 +91,8 @@ def chain(folder: Path) -> str:
 
 
 def overlapping(p: Any, body: int) -> list[tuple[int, int]]:
-    """Pairs of links that may touch, all of which overlap: PyBullet tells by contacts, the daemon by its filter, since
-    it lets initial overlaps be."""
+    """Returns pairs of overlapping links that may touch. PyBullet reports them by contacts, the daemon by its
+    filter, since it ignores initial overlaps."""
     if p.__name__ == "pybullet":
         p.performCollisionDetection()
         touching = p.getContactPoints(body, body)

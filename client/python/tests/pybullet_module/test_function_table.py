@@ -37,7 +37,7 @@ def test_states_are_true() -> None:
     listed = rows()
     raising = {name for name, state in listed.items() if state == "raises"}
     assert set(unsupported.__all__) <= raising
-    # That raises from a module that does other things too.
+    # The function raises from a module with other functions too.
     assert raising - set(unsupported.__all__) == {"loadBullet"}
     accepted = {name for name, state in listed.items() if state == "accepted"}
     assert accepted == set(headless.__all__) | set(plugins.__all__) | {"setDefaultContactERP"}

@@ -1,4 +1,5 @@
-"""Masses and inertias of what is loaded, beside PyBullet, which takes the inertias of most files from their shapes."""
+"""Masses and inertias of loaded robots, beside PyBullet, which computes the inertias of most files from their
+shapes."""
 
 from __future__ import annotations
 
@@ -111,18 +112,18 @@ def test_another_mass_of_what_is_made_of_shapes_brings_their_inertia_too(
         ]
         for shape in shapes:
             body = p.createMultiBody(1, shape)
-            # An inertia that is no shape's.
+            # An inertia of no shape.
             p.changeDynamics(body, -1, localInertiaDiagonal=[1, 2, 2.5])
             p.changeDynamics(body, -1, mass=4)
             found[-1] += inertias(p, body)
-    # Bullet's hulls and boxes of several have a margin of 1 to 4 cm here.
+    # Bullet's hulls and boxes of several shapes have a margin of 1 to 4 cm here.
     assert found[1] == pytest.approx(found[0], rel=0.15)
-    # What is one shape in the middle has none.
+    # A single shape in the middle has none.
     assert found[1][:4] == pytest.approx(found[0][:4]) and found[1][8:16] == pytest.approx(found[0][8:16])
 
 
 def test_a_pole_swings_as_pybullets(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
-    """The inertia of its file is a placeholder, a hundred times what its shape has."""
+    """The inertia of its file is a placeholder, a hundred times the shape's."""
     file = tmp_path / "pole.urdf"
     placeholder = inertial(0.1, "0 0 0.5").replace("0.3", "1").replace("0.4", "1")
     pole = placeholder + collision("box", "0 0 0.5")

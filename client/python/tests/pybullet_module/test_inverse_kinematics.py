@@ -1,4 +1,4 @@
-"""Several links brought to places at once, beside PyBullet."""
+"""Several links brought to positions at once, beside PyBullet."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ START = [0.3, 0.5, 0.2, -0.8, 0.1, 0.6, 0.2]
 
 
 def bent(p: Any, arm: int, by: float) -> list[float]:
-    """Puts the joints that turn near the start. Returns where they are."""
+    """Puts the rotating joints near the start. Returns their positions."""
     turning = [joint for joint in range(p.getNumJoints(arm)) if p.getJointInfo(arm, joint)[2] == p.JOINT_REVOLUTE]
     values = [value + by for value in START[: len(turning)]]
     for joint, value in zip(turning, values, strict=True):
@@ -30,7 +30,7 @@ def reached(p: Any, arm: int, links: list[int], goals: list[Any]) -> float:
 
 
 def test_links_come_to_their_places_as_in_pybullet(bullet: Any, script: ModuleType) -> None:
-    """What is brought there is the origin of a link's frame, and the base is turned and moved."""
+    """The origin of a link's frame reaches the target, and the base is rotated and moved."""
     for p in (bullet, script):
         arm = p.loadURDF(str(SEVEN_ARM), [0.3, -0.2, 0.5], p.getQuaternionFromEuler([0.1, 0.2, 0.7]), useFixedBase=1)
         turning = [joint for joint in range(p.getNumJoints(arm)) if p.getJointInfo(arm, joint)[2] == p.JOINT_REVOLUTE]
@@ -43,7 +43,7 @@ def test_links_come_to_their_places_as_in_pybullet(bullet: Any, script: ModuleTy
             assert [p.getJointState(arm, joint)[0] for joint in turning] == pytest.approx(START)
             for joint, value in zip(turning, answer, strict=True):
                 p.resetJointState(arm, joint, value)
-            # PyBullet's own search ends some millimetres away where two links are brought somewhere.
+            # PyBullet's own search ends some millimetres away if two links have targets.
             assert reached(p, arm, links, goals) < (2e-6 if p is script else 5e-3)
 
 
@@ -63,7 +63,8 @@ def test_the_search_ends_at_the_limits_and_as_near_as_can_be(script: ModuleType,
 
 
 def test_steps_towards_a_pose_are_pybullets(bullet: Any, script: ModuleType) -> None:
-    """From where the robot is, also where they end before the pose; a tree of a base that is turned and moved."""
+    """From the current positions, even if the steps end before the pose; a tree with a base that is rotated
+    and moved."""
     seed = random.randrange(1 << 32)
     print(f"seed {seed}")
     for p in (bullet, script):
@@ -74,7 +75,7 @@ def test_steps_towards_a_pose_are_pybullets(bullet: Any, script: ModuleType) -> 
         goal = [draw.uniform(-0.5, 0.8), draw.uniform(-0.6, 0.5), draw.uniform(0.4, 1.3)]
         link, more = draw.randrange(3, 7), dict[str, Any]()
         if case % 3:
-            # Half a turn is what grippers that point down have.
+            # Grippers that point down need half a turn.
             angles = (0.0, math.pi, -math.pi, draw.uniform(-3.0, 3.0))
             more["targetOrientation"] = bullet.getQuaternionFromEuler([draw.choice(angles) for _ in range(3)])
         if case % 5 == 1:

@@ -1,4 +1,5 @@
-"""getNumJoints and getJointInfo against PyBullet's own, field by field, on the robots that come with it."""
+"""getNumJoints and getJointInfo against PyBullet's own, field by field, on the robots that come with
+PyBullet."""
 
 from __future__ import annotations
 
@@ -54,7 +55,7 @@ def theirs() -> Iterator[Any]:
 
 def same(field: str, ours: Any, wanted: Any) -> bool:
     if field == "axis":
-        # A deliberate difference: simd's axes have the length one, PyBullet's that of the file.
+        # A deliberate difference: simd's axes have unit length, PyBullet's have the file's.
         length = math.sqrt(sum(x * x for x in wanted))
         wanted = tuple(x / length for x in wanted) if length > 0.0 else wanted
     if isinstance(wanted, tuple):
@@ -90,7 +91,7 @@ def test_joints_are_reported_as_pybullet_does(path: Path, theirs: Any, script: M
 
 
 def test_places_of_a_base_and_its_links_are_pybullets(theirs: Any, script: ModuleType) -> None:
-    """Of a free robot with joints away from zero; single precision is what PyBullet keeps of link frames."""
+    """A free robot with joints away from zero; PyBullet keeps link frames in single precision."""
     path = str(DATA / "a1/a1.urdf")
     place, turn = [0.3, 0.1, 1.0], theirs.getQuaternionFromEuler([0.2, 0.3, 0.5])
     right = theirs.loadURDF(path, place, turn)
@@ -112,7 +113,7 @@ def test_places_of_a_base_and_its_links_are_pybullets(theirs: Any, script: Modul
 
 
 def test_jacobians_and_inertia_are_pybullets(theirs: Any, script: ModuleType) -> None:
-    """Of a fixed and of a free robot, with the inertias of the file and of the shapes."""
+    """A fixed and a free robot, with the inertias of the file and of the shapes."""
     from_file = theirs.URDF_USE_INERTIA_FROM_FILE
     for name, link, flags in (
         ("kuka_iiwa/model.urdf", 6, from_file),
@@ -135,7 +136,7 @@ def test_jacobians_and_inertia_are_pybullets(theirs: Any, script: ModuleType) ->
             1e-6,
         )
         close(script.calculateMassMatrix(ours, q), theirs.calculateMassMatrix(right, q), 1e-5)
-        # What is beyond the joints is not read.
+        # Numbers beyond the joints are ignored.
         longer = [*q, 0.7, 0.8]
         close(script.calculateMassMatrix(ours, longer), theirs.calculateMassMatrix(right, longer), 1e-5)
 
@@ -148,7 +149,7 @@ def test_inverse_dynamics_are_pybullets(theirs: Any, script: ModuleType) -> None
     for module in (theirs, script):
         module.setGravity(0, 0, -9.81)
     expected = theirs.calculateInverseDynamics(right, q, qd, qdd)
-    # simd counts the joints' own damping, 0.5 N m s/rad; PyBullet leaves it out.
+    # simd includes the joints' own damping, 0.5 N m s/rad; PyBullet leaves it out.
     damped = [effort + 0.5 * velocity for effort, velocity in zip(expected, qd, strict=True)]
     assert script.calculateInverseDynamics(ours, q, qd, qdd) == pytest.approx(damped, abs=1e-6)
 

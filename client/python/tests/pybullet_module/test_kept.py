@@ -1,4 +1,4 @@
-"""What a script keeps in its own process, and worlds in files, beside PyBullet."""
+"""State that a script keeps in its own process, and worlds in files, beside PyBullet."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def test_a_picture_has_the_form_of_pybullets_of_an_empty_world(
 
 
 def test_the_camera_is_where_it_was_put(bullet: Any, script: ModuleType) -> None:
-    """PyBullet has no camera without a window: its matrix for the same angles is what is compared. No page is open."""
+    """PyBullet has no camera without a window: the test compares with its matrix for the same angles. No page
+    is open."""
     script.resetDebugVisualizerCamera(3.0, 40.0, -20.0, [1, 2, 3])
     width, height, view, projection, up, forward, side, top, *rest = script.getDebugVisualizerCamera()
     assert (width, height, up, rest) == (1024, 768, (0.0, 0.0, 1.0), [40.0, -20.0, 3.0, (1.0, 2.0, 3.0)])
@@ -94,7 +95,7 @@ def test_a_saved_world_is_a_script_that_makes_it_again(
         p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1))
         p.saveWorld(str(file))
     theirs, ours = (file.read_text().splitlines() for file in files)
-    # The lines are PyBullet's, and in those that load something what it leaves out.
+    # The lines equal PyBullet's, and loading lines also have the arguments that it leaves out.
     assert len(ours) == len(theirs)
     numbers = str.maketrans("", "", "' ")
     for a, b in zip(theirs, ours, strict=True):
@@ -106,7 +107,7 @@ def test_a_saved_world_is_a_script_that_makes_it_again(
             assert b == a
     before = [script.getBasePositionAndOrientation(body) for body in (0, 1)]
     script.resetSimulation()
-    # It connects anew and disconnects at its end; here it goes on in this world.
+    # It connects anew and disconnects at its end; here it continues in this world.
     lines = [line for line in files[1].read_text().splitlines() if "connect(" not in line]
     exec("\n".join(lines).replace("import pybullet as p", "cin = 0").replace("if (cin < 0):", ""), {"p": script})
     assert script.getNumBodies() == 2
@@ -157,7 +158,7 @@ MINITAUR = [f"motor_{a}_{b}{c}_joint" for a in ("front", "back") for b in ("left
 
 
 def minitaur(folder: Path) -> Path:
-    """A base with eight motors that are called as a Minitaur's."""
+    """A base with eight motors that have a Minitaur's names."""
     inertia = "<inertia ixx='0.01' iyy='0.02' izz='0.03' ixy='0' ixz='0' iyz='0'/>"
     inertial = f"<inertial><mass value='1'/>{inertia}</inertial>"
     text = f"<robot name='eight'><link name='base'>{inertial}</link>"
@@ -220,7 +221,7 @@ def test_a_log_of_contacts_is_pybullets(bullet: Any, script: ModuleType, tmp_pat
     for theirs, ours in zip(*logs, strict=True):
         assert ours[:2] == theirs[:2]
         assert {row[0] for row in ours[2]} == {row[0] for row in theirs[2]}
-    # The last step: where, which way, and with how much force, on whichever of the two sides.
+    # The last step: position, direction, and force, on either of the two sides.
     for index in (0, 1):
         theirs, ours = ([row for row in log[index][2] if row[0] == 119] for log in logs)
         assert len(theirs) == len(ours) == 2 - index
@@ -265,7 +266,7 @@ def test_logs_that_only_bullet_can_write_are_accepted_or_refused(
 
 
 def test_timings_are_a_trace_of_the_steps(script: ModuleType, tmp_path: Path) -> None:
-    """Under names that are counted, as Bullet does it: scripts look for the first."""
+    """File names are counted, as in Bullet: scripts look for the first."""
     logs = [script.startStateLogging(script.STATE_LOGGING_PROFILE_TIMINGS, str(tmp_path / name)) for name in "ab"]
     for _ in range(3):
         script.stepSimulation()
@@ -283,7 +284,7 @@ def test_timings_are_a_trace_of_the_steps(script: ModuleType, tmp_path: Path) ->
 
 
 def test_a_log_of_commands_is_a_recording_that_replays(script: ModuleType, binary: str, tmp_path: Path) -> None:
-    """The daemon's own check: `simd replay` ends with 0 where each step is equal to the bit."""
+    """The daemon's own check: `simd replay` ends with 0 if each step is equal to the bit."""
     (tmp_path / "kept").mkdir()
     with Daemon("--paused", "--recordings", str(tmp_path / "kept"), name="logs") as daemon:
         number = script.connect(script.DIRECT, options=f"--endpoint={daemon.endpoint}")
@@ -296,7 +297,7 @@ def test_a_log_of_commands_is_a_recording_that_replays(script: ModuleType, binar
             script.stepSimulation(physicsClientId=number)
         script.stopStateLogging(log, physicsClientId=number)
         assert list((tmp_path / "kept").glob("*.mcap")) == []
-        # Beyond the log's folder nothing can be written.
+        # Files outside the log's folder cannot be written.
         with pytest.raises(script.error, match="No such file"):
             script.startStateLogging(
                 script.STATE_LOGGING_ALL_COMMANDS, str(tmp_path / "no" / "log"), physicsClientId=number

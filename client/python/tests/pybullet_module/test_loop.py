@@ -1,4 +1,4 @@
-"""A turn of a script's loop: what it costs, and what it does to the joints."""
+"""A turn of a script's loop: its cost, and its effect on the joints."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_a_turn_costs_one_round_trip(script: ModuleType, calls: Calls) -> None:
             script.getJointState(arm, joint)
         script.getJointStates(arm, range(7))
         script.stepSimulation()
-    # Sliders are asked for now and then, by the wall clock, beside being published.
+    # Sliders are requested at intervals of the wall clock, in addition to publications.
     calls.pop("ParameterService/GetParameters", None)
     # A world in the process is stepped without messages after the first step of a loop.
     assert set(calls) == {STEP} and calls[STEP] in (1, 50)
@@ -91,7 +91,7 @@ def test_joints_that_are_put_elsewhere_one_by_one_are_one_round_trip(script: Mod
         rows = [script.getJointState(arm, joint)[:2] for joint in turning]
         assert rows == [pytest.approx((0.05 * index, 0.25)) for index in range(len(turning))]
     assert calls == {"JointService/ResetJoints": 1, "JointService/GetJointStates": 1}
-    # Before the step, and before a robot goes.
+    # Before the step, and before a robot is removed.
     script.resetJointState(arms[0], turning[0], 0.5)
     script.stepSimulation()
     assert script.getJointState(arms[0], turning[0])[0] == pytest.approx(0.5, abs=0.05)
@@ -173,7 +173,7 @@ def test_contacts_come_with_the_step_once_they_were_read(script: ModuleType, cal
     assert calls == {"SimulationService/StepSimulation": 20}
     assert {frozenset(row[1:3]) for row in of_all} == {frozenset((floor, each)) for each in boxes}
     assert sum(row[9] for row in of_one) == pytest.approx(10.0, rel=1e-3)
-    # What is taken away touches nothing, and what was not read for a while comes no longer.
+    # A removed robot touches nothing, and unread states are no longer requested.
     script.removeBody(boxes[1])
     assert all(boxes[1] not in row[1:3] for row in script.getContactPoints())
     for _ in range(20):
@@ -184,7 +184,7 @@ def test_contacts_come_with_the_step_once_they_were_read(script: ModuleType, cal
 
 
 def test_a_position_is_approached_as_pybullet_does(script: ModuleType) -> None:
-    """A tenth of what is left in each step, where no limit of the joint slows it."""
+    """A tenth of the remaining distance in each step, if no limit of the joint slows it."""
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
     script.setTimeStep(1e-3)
     left = 0.3
@@ -243,7 +243,7 @@ def test_a_motor_with_a_small_force_brakes_a_torque_like_friction(script: Module
         script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.06)
         script.stepSimulation()
         velocities.append(script.getJointState(arm, 0)[1])
-    # What is left of the torque, 0.01 N m, speeds the arm up evenly.
+    # The remaining torque, 0.01 N m, accelerates the arm evenly.
     assert velocities[0] > 0.0
     assert velocities[9] == pytest.approx(10 * velocities[0], rel=0.02)
 
@@ -251,7 +251,7 @@ def test_a_motor_with_a_small_force_brakes_a_torque_like_friction(script: Module
 def test_force_is_the_most_that_a_motor_applies(script: ModuleType) -> None:
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
     script.setGravity(0, 0, -9.81)
-    # The arm's weight asks for 0.33 N m.
+    # The arm's weight needs 0.33 N m.
     script.setJointMotorControl2(arm, 0, script.POSITION_CONTROL, targetPosition=0.0, force=0.1)
     for _ in range(60):
         script.stepSimulation()
@@ -359,5 +359,5 @@ def test_a_joint_that_is_put_beyond_its_limit_stays_there_until_it_comes_back(
     theirs, ours = paths
     assert theirs[:2] == pytest.approx([0.0, 0.0], abs=1e-3) and theirs[2] > 0.7
     assert ours[:2] == pytest.approx([0.0, 0.0], abs=1e-3) and ours[2] == pytest.approx(theirs[2], abs=0.02)
-    # It has come back, so it may not go beyond again.
+    # It has returned, so it may not move beyond again.
     assert (theirs[4], ours[4]) == (pytest.approx(0.5, abs=0.01), pytest.approx(0.5, abs=0.01))

@@ -27,8 +27,8 @@ JOINTS = (
     ("to_tip", "revolute", "ball", "tip", "0 0 -0.4", "0 0 1"),
 )
 POSITIONS = [0.4, -0.2, 0.9, 0.48, 0.0, 0.64, 0.6, 0.7, -0.4, 0.25, 0.36, 0.48, -0.64, 0.48]
-# A deliberate difference: of a base that turns while it goes along, PyBullet's model has a force of its mass times both speeds,
-# which there is not for a velocity in world axes.
+# A deliberate difference: for a base that rotates while it moves, PyBullet's model has a force of its mass
+# times both velocities. That force does not exist for a velocity in world axes.
 VELOCITIES = [0.0, 0.0, 0.0, 0.6, 0.7, -0.8, 0.0, 0.9, 1.3, 0.35, 1.0, -1.1, 1.2, 0.0]
 
 
@@ -62,7 +62,7 @@ def test_long_coordinates_are_those_of_pybullet(bullet: Any, script: ModuleType,
         body = p.loadURDF(limbs, flags=p.URDF_MAINTAIN_LINK_ORDER if in_order else 0)
         p.setGravity(1, 2, -9)
         kinds = [p.getJointInfo(body, number)[2] for number in range(4)]
-        # The base's, three hinges', and the ball's, which comes where the ball is numbered.
+        # The base's, three hinges', and the ball's, which has the index of the ball.
         q, v = POSITIONS[:10], VELOCITIES[:10]
         ball = 7 + kinds.index(p.JOINT_SPHERICAL)
         q[ball:ball], v[ball:ball] = POSITIONS[10:], VELOCITIES[10:]
@@ -81,7 +81,8 @@ def test_long_coordinates_are_those_of_pybullet(bullet: Any, script: ModuleType,
         assert np.abs(got - wanted).max() < 1e-4, (got, wanted)
 
 
-# A deliberate difference: of a base that is turned about more than one axis PyBullet takes the angles in another order.
+# A deliberate difference: for a base that is rotated about more than one axis PyBullet takes the angles in
+# another order.
 @pytest.mark.parametrize("turn", [(0.6, 0.0, 0.0, 0.8), (0.0, -0.6, 0.0, 0.8), (0.0, 0.0, 0.6, 0.8)], ids=["x", "y", "z"])
 def test_inverse_dynamics_of_a_free_base_are_those_of_pybullet(
     bullet: Any, script: ModuleType, tmp_path: Path, turn: tuple[float, ...]

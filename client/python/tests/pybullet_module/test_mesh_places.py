@@ -1,4 +1,4 @@
-"""Files are found where PyBullet finds them, and one that is not found is said."""
+"""Files are found where PyBullet finds them, and a missing one is reported."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def test_a_weld_of_the_file_holds_and_what_is_free_falls(script: ModuleType, fil
 
 
 def test_masses_and_joints_are_those_of_pybullet(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
-    """Of densities: PyBullet reads no masses of geoms."""
+    """Masses of densities: PyBullet reads no masses of geoms."""
     alone = tmp_path / "alone.xml"
     alone.write_text(
         "<mujoco><compiler angle='radian'/><worldbody><body name='a' pos='0 0 1'><joint type='free'/><geom type='sphere' size='0.1'/>"

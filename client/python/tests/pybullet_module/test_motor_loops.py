@@ -1,4 +1,5 @@
-"""Commands that change positions and velocities alone, as loops make them, beside the same commands to a robot for which each is new."""
+"""Commands that change only positions and velocities, as in loops, beside the same commands to a robot for
+which each is new."""
 
 from __future__ import annotations
 

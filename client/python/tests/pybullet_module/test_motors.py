@@ -12,7 +12,8 @@ from simd_client.pybullet.motors import Law, Motor, law
 
 
 def bullet(motor: Motor, q: float, free: float, h: float) -> float:
-    """The velocity after a step, of btMultiBodyJointMotor without its force limit. `free` is that without the motor."""
+    """Returns the velocity after a step, of btMultiBodyJointMotor without its force limit. `free` is the
+    velocity without the motor."""
     towards = (
         motor.position_gain * (motor.position - q) / h if motor.mode == constants.POSITION_CONTROL else 0.0
     )
@@ -20,7 +21,7 @@ def bullet(motor: Motor, q: float, free: float, h: float) -> float:
 
 
 def aimed_at(target: Law, q: float, free: float) -> float:
-    """The velocity after a step, of simd's targets: docs/physics.md."""
+    """Returns the velocity after a step, of simd's targets: docs/physics.md."""
     if target.kind == "velocity":
         return target.value
     assert target.kind == "servo"

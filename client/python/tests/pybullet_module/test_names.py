@@ -1,4 +1,4 @@
-"""Every name of PyBullet is there: constants with equal values, and functions that work, do nothing, or
+"""The module has every name of PyBullet: constants with equal values, and functions that work, do nothing, or
 raise NotImplementedError with their name."""
 
 from __future__ import annotations

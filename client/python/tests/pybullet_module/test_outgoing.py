@@ -17,7 +17,7 @@ TIME_STEP = 1.0 / 240.0
 
 
 def joint(index: int, ball: BallMotor | None = None) -> BodyJoint:
-    """A joint that turns, or a spherical one."""
+    """A rotating joint, or a spherical one."""
     kind = constants.JOINT_REVOLUTE if ball is None else constants.JOINT_SPHERICAL
     name = f"joint_{index}"
     info = (index, name.encode(), kind, 0, 0, 0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, b"", ORIGIN, ORIGIN, UPRIGHT, -1)
@@ -92,7 +92,7 @@ def test_what_is_kept_says_what_is_said_anew() -> None:
         for number, index in waiting:
             if rng.random() < 0.5:
                 change(bodies[number], index, rng)
-        # Where one number alone has changed, which is what loops do.
+        # Only one number has changed, as in loops.
         for number, index in waiting:
             bodies[number].joints[index].motor.position += 0.01
         time_step = rng.choice([TIME_STEP, TIME_STEP, TIME_STEP, 0.002])
@@ -156,7 +156,7 @@ def test_other_substeps_are_other_gains() -> None:
 
 
 class Kept:
-    """A request as a world keeps it, which puts numbers in as `KeptStep` of the extension does."""
+    """A request as a world keeps it, which writes numbers like `KeptStep` of the extension."""
 
     def __init__(self, request: bytes) -> None:
         self.request = StepSimulationRequest.FromString(request)

@@ -36,7 +36,7 @@ def answer(task: PictureTask) -> PutPictureRequest:
 
 @contextmanager
 def rendering() -> Generator[list[PictureTask]]:
-    """A renderer of the script's world that draws as long as this lasts; gives the tasks that it got."""
+    """Runs a renderer of the script's world within the context; yields its tasks."""
     ended, tasks = threading.Event(), list[PictureTask]()
     with simd_client.connect(connected(0).wire.endpoint) as client:
         client.call(methods.NextPicture, NextPictureRequest(renderer="test"))
@@ -71,7 +71,7 @@ def test_a_picture_is_as_pybullet_has_it(script: ModuleType) -> None:
     assert (width, height) == SIZE
     assert (colours.shape, colours.dtype) == ((2, 4, 4), np.uint8)
     assert colours[0, 0].tolist() == [255, 0, 0, 255] and colours[1, 3].tolist() == [0, 0, 0, 255]
-    # As the manual has it the other way round: depth = far near / (far - (far - near) buffer).
+    # Inverse of the manual's formula: depth = far near / (far - (far - near) buffer).
     assert (depths.shape, depths.dtype) == ((2, 4), np.float32)
     back = far * near / (far - (far - near) * depths[0, :3].astype(np.float64))
     np.testing.assert_allclose(back, METRES[:3], rtol=1e-5)

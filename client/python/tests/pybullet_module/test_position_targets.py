@@ -1,4 +1,5 @@
-"""Position targets move joints as PyBullet's do: the same trajectory beside the real one, within the force that the script gives."""
+"""Position targets move joints like PyBullet's: the same trajectory beside the real one, within the script's
+force."""
 
 from __future__ import annotations
 
@@ -26,8 +27,8 @@ TWO = """<robot name="two"><link name="b"/><link name="l"/><link name="m"/>
 
 
 def rod(folder: Path, mass: float = 3.0, inertia: float = 0.3, type: str = "revolute") -> str:
-    """A file with one joint, whose limits of effort and velocity PyBullet does not keep to."""
-    # PyBullet keeps files that it has read, by their names.
+    """A file with one joint. PyBullet ignores its limits of effort and velocity."""
+    # PyBullet caches files by their names.
     file = folder / f"rod{len(list(folder.iterdir()))}.urdf"
     file.write_text(ROD.format(mass=mass, inertia=inertia, type=type))
     return str(file)
@@ -40,7 +41,7 @@ def another(option: str) -> int:
 
 
 def moved(p: Any, file: str, time_step: float, gravity: float, motor: dict[str, Any]) -> list[float]:
-    """Where the joint is after 1, 5, 10, 20 and 100 steps."""
+    """Returns the joint's position after 1, 5, 10, 20 and 100 steps."""
     p.resetSimulation()
     p.setTimeStep(time_step)
     p.setGravity(0, 0, gravity)
@@ -85,7 +86,8 @@ CHAIN = """<robot name="chain"><link name="b"/>
 <joint name="j3" type="prismatic"><parent link="l2"/><child link="l3"/><origin xyz="0.1 0 0.3"/><axis xyz="0 0.6 0.8"/>
 <limit lower="-10" upper="10" effort="1" velocity="1"/></joint></robot>"""
 GO, TURN = pybullet.POSITION_CONTROL, pybullet.VELOCITY_CONTROL
-# Time step, substeps, the motors of three joints, and where PyBullet 3.2.7 has the joints after 1, 5, 10, 20 and 100 steps.
+# Time step, substeps, the motors of three joints, and PyBullet 3.2.7's positions after 1, 5, 10, 20 and 100
+# steps.
 KNOWN: list[tuple[float, int, list[dict[str, Any]], list[list[float]]]] = [
     (
         0.002,
@@ -167,7 +169,7 @@ KNOWN: list[tuple[float, int, list[dict[str, Any]], list[list[float]]]] = [
 
 
 def moved_together(p: Any, file: str, time_step: float, parts: int, motors: list[dict[str, Any]], gravity: float) -> list[list[float]]:
-    """Where all joints of a robot are after 1, 5, 10, 20 and 100 steps."""
+    """Returns positions of all joints of a robot after 1, 5, 10, 20 and 100 steps."""
     p.resetSimulation()
     # simd's motors are solved exactly, and PyBullet's by iteration.
     p.setPhysicsEngineParameter(numSubSteps=parts, numSolverIterations=1000)
@@ -212,11 +214,11 @@ def test_random_motors_of_three_joints_move_as_in_pybullet(script: ModuleType, b
         time_step, parts, gravity = rng.choice([0.001, 1 / 240, 0.01]), rng.choice([0, 2, 4]), rng.choice([0.0, -9.81])
         substep = time_step / max(parts, 1)
         if any(motor.get("positionGain", 0.1) * abs(motor.get("targetPosition", 0.0)) > 90.0 * substep for motor in motors):
-            # PyBullet cuts velocities beyond 100 rad/s, after all that they have moved.
+            # PyBullet clamps velocities to 100 rad/s, after the whole motion.
             continue
         wanted = moved_together(bullet, str(file), time_step, parts, motors, gravity)
         if farthest(wanted) > 1.5:
-            # A motor that is too weak lets the arm fall, which no two solvers do alike.
+            # A motor that is too weak lets the arm fall, which differs between any two solvers.
             continue
         got = moved_together(script, str(file), time_step, parts, motors, gravity)
         for row, known in zip(got, wanted, strict=True):
@@ -225,7 +227,7 @@ def test_random_motors_of_three_joints_move_as_in_pybullet(script: ModuleType, b
 
 @pytest.mark.parametrize("seed", range(4))
 def test_random_joints_move_as_in_pybullet(script: ModuleType, bullet: Any, tmp_path: Path, seed: int) -> None:
-    """Within 2 % of the way, of joints of one axis that turn and slide."""
+    """Within 2 % of the way, for joints of one axis that rotate and slide."""
     rng = random.Random(seed)
     for _ in range(10):
         mass, inertia, type = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-3, 0), rng.choice(["revolute", "prismatic"])

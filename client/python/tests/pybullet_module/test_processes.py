@@ -1,4 +1,5 @@
-"""Threads and processes of a script: each connection has a number and a world of its own, and children get the stand-in."""
+"""Threads and processes of a script: each connection has a separate number and world, and children get the
+stand-in."""
 
 from __future__ import annotations
 
@@ -72,7 +73,7 @@ print(subprocess.run([sys.executable, "-c", "import pybullet; print(pybullet.__n
 
 
 def run(folder: Path, text: str, *options: str, module: bool = True) -> subprocess.CompletedProcess[str]:
-    """A script, by the runner or as it is."""
+    """A script, run by the runner or directly."""
     script = folder / "script.py"
     script.write_text(text)
     runner = ["-m", "simd_client.pybullet", *options] if module else []
@@ -127,7 +128,7 @@ def test_a_child_that_was_forked_from_one_that_is_connected_connects_for_itself(
 
 
 def test_the_bullet_client_beside_an_import_of_ours_is_ours(tmp_path: Path) -> None:
-    """Also where PyBullet is installed too."""
+    """Also if PyBullet is installed too."""
     text = (
         "import sys\nimport simd_client.pybullet as p\nfrom pybullet_utils.bullet_client import BulletClient\n"
         "client = BulletClient(connection_mode=p.DIRECT)\nclient.stepSimulation()\n"
@@ -139,7 +140,7 @@ def test_the_bullet_client_beside_an_import_of_ours_is_ours(tmp_path: Path) -> N
 
 @pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
 def test_the_world_of_a_script_with_a_window_is_looked_into(tmp_path: Path) -> None:
-    """Its page is there without an option, for as long as the script runs."""
+    """Its page exists without an option, for as long as the script runs."""
     text = (
         "import re, sys, io, urllib.request\nimport pybullet as p\nsys.stderr = said = io.StringIO()\n"
         "p.connect(p.GUI)\np.stepSimulation()\n"

@@ -36,7 +36,8 @@ def bodies(p: Any) -> tuple[int, int, int, int]:
 
 
 def same(ours: Any, theirs: Any, points: float = NEAR) -> None:
-    """Numbers of bodies and links alike, the rest within the margin, and points on surfaces within `points`."""
+    """Checks equal numbers of bodies and links, the rest within the margin, and points on surfaces within
+    `points`."""
     assert len(ours) == len(theirs)
     for one, other in zip(ours, theirs, strict=True):
         assert len(one) == len(other) == 14
@@ -66,7 +67,7 @@ def test_closest_points_have_the_fields_of_pybullet(script: Any, bullet: Any) ->
         p.resetBasePositionAndOrientation(box, [0.25, 0.02, 1.03], [0, 0, 0, 1])
         rows.append(p.getClosestPoints(ball, box, 1.0))
         found.append(rows)
-        # Two boxes: PyBullet's points need not be ours where edges are parallel, the distance is.
+        # Two boxes: with parallel edges only the distance must equal PyBullet's, and the points may differ.
         (pair,) = p.getClosestPoints(box, other, 1.0)
         found[-1].append((tuple([*pair[:5], (0,) * 3, (0,) * 3, pair[7], pair[8], *pair[9:]]),))
     for ours, theirs in zip(*found, strict=True):
@@ -100,7 +101,7 @@ def test_closest_points_of_links_come_in_the_order_of_pybullet(script: Any, bull
         ]
         # PyBullet also measures each link against itself.
         found.append([tuple(row for row in each if row[1:3] != (chain, chain) or row[3] != row[4]) for each in rows])
-    # Bullet's GJK ends when the distance is known, and where on a ball it is less well.
+    # Bullet's GJK ends when the distance is known, and is less precise about the point on a ball.
     for ours, theirs in zip(*found, strict=True):
         same(ours, theirs, points=0.01)
 
@@ -143,8 +144,8 @@ def test_closest_points_of_shapes_of_no_body_have_the_fields_of_pybullet(
 
 
 def grazing(p: Any, ball: int, boxes: tuple[int, ...], starts: Any) -> Any:
-    """Which of these rays straight down pass within NEAR of the rim of the ball, or of an edge of a box: there Bullet's
-    margins decide what is hit, and which of two normals an edge has is arbitrary."""
+    """Returns the rays, straight down, that pass within NEAR of the rim of the ball, or of an edge of a box.
+    There Bullet's margins decide the hit, and the choice between an edge's two normals is arbitrary."""
     at = np.asarray(starts)[:, :2]
     centre = np.asarray(p.getBasePositionAndOrientation(ball)[0])[:2]
     found = np.abs(np.linalg.norm(at - centre, axis=1) - 0.1) < NEAR
@@ -157,7 +158,7 @@ def grazing(p: Any, ball: int, boxes: tuple[int, ...], starts: Any) -> Any:
             if np.count_nonzero(corners[one] != corners[other]) != 1:
                 continue
             way = placed[other] - placed[one]
-            # Of an edge that stands upright nothing but a point is seen from above.
+            # Seen from above, a vertical edge is only a point.
             part = np.clip((at - placed[one]) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
             found |= np.linalg.norm(at - placed[one] - part[:, None] * way, axis=1) < NEAR
     return found
@@ -177,7 +178,7 @@ def test_rays_by_the_ten_thousand_hit_what_they_hit_in_pybullet(script: Any, bul
         ball, box, other, ground = bodies(p)
         p.stepSimulation()
         found.append(columns(p.rayTestBatch(starts.tolist(), ends.tolist())))
-        # What meets nothing is alike in all fields.
+        # Misses are equal in all fields.
         misses = p.rayTestBatch(starts[:500].tolist(), (starts[:500] - [0.0, 0.0, 1.0]).tolist())
         assert misses == ((-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),) * 500
     (who, fraction, point, normal), (their_who, their_fraction, their_point, their_normal) = found
@@ -188,18 +189,18 @@ def test_rays_by_the_ten_thousand_hit_what_they_hit_in_pybullet(script: Any, bul
     assert (who[kept] == their_who[kept]).all()
     for body, least in ((ball, 60), (box, 350), (other, 500), (ground, 8_500)):
         assert np.count_nonzero(kept & (who[:, 0] == body)) > least, body
-    # Bullet casts rays at convex shapes by an iteration that ends within a millimetre of the surface, which on a side that the
-    # ray meets at a flat angle is several along the ray; its plane it meets exactly.
+    # Bullet casts rays at convex shapes by an iteration that ends within a millimetre of the surface. At a
+    # flat angle that is several along the ray; its plane is exact.
     way = ends - starts
     across = np.abs(np.sum(way * normal, axis=1) * (fraction - their_fraction))
     assert across[kept].max() < 1e-3
     on_ground = kept & (who[:, 0] == ground)
     assert across[on_ground].max() < 1e-9
-    # That is where on a ball the ray ends too, and a millimetre of 0.1 m turns its normal by 0.01. Sides are flat.
+    # The ray's end on a ball differs too, and a millimetre of 0.1 m turns its normal by 0.01. Sides are flat.
     on_ball = kept & (who[:, 0] == ball)
     assert np.abs(normal - their_normal)[on_ball].max() < 0.01
     assert np.abs(normal - their_normal)[kept & ~on_ball].max() < 1e-6
-    # Points are where fractions say, on both sides.
+    # Points match the fractions, on both sides.
     assert np.abs(point - (starts + way * fraction[:, None])).max() < 1e-9
     assert np.abs(their_point - (starts + way * their_fraction[:, None])).max() < 1e-9
     assert np.abs(np.linalg.norm(normal, axis=1) - 1.0).max() < 1e-9

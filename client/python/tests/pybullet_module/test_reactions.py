@@ -1,4 +1,4 @@
-"""What joints carry, as force-torque sensors tell it: the same numbers as PyBullet's."""
+"""Reactions of joints, measured by force-torque sensors: the same numbers as PyBullet's."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ JOINTS = (0, 1, 2)
 
 @pytest.fixture
 def bullet() -> Iterator[Any]:
-    """PyBullet itself, where there is a wheel of it."""
+    """PyBullet itself, if a wheel of it exists."""
     module: Any = pytest.importorskip("pybullet", exc_type=ImportError)
     module.connect(module.DIRECT)
     yield module
@@ -63,7 +63,7 @@ def test_a_held_arms_reactions_are_those_of_pybullet(
     ours, theirs = hung(script, tmp_path / "arm.urdf"), hung(bullet, tmp_path / "arm.urdf")
     states = script.getJointStates(ours, JOINTS)
     assert [state[2] for state in states] == reactions(bullet, theirs)
-    # Gravity alone acts on the tool, in its centre of mass.
+    # Only gravity acts on the tool, in its centre of mass.
     assert states[2][2][3:] == pytest.approx((0, 0, 0), abs=1e-6)
     assert sum(x * x for x in states[0][2][:3]) == pytest.approx((3.5 * 9.81) ** 2, rel=1e-3)
 

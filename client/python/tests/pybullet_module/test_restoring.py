@@ -1,4 +1,4 @@
-"""What comes back with a saved state, and what goes on as the script has it since, beside PyBullet."""
+"""Restored properties of a saved state, and kept settings of the script, beside PyBullet."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ WAYS = ["memory", "file"]
 
 
 def arm(p: Any, folder: Path, effort: float = 0.0) -> int:
-    """A link of 1 kg m^2 that turns about z, without Bullet's own damping; an effort of 0 is no limit."""
+    """A link of 1 kg m^2 that rotates about z, without Bullet's own damping; an effort of 0 means no
+    limit."""
     (folder / "arm.urdf").write_text(ARM.format(effort=effort))
     body: int = p.loadURDF(str(folder / "arm.urdf"), [5, 0, 0], useFixedBase=1, flags=p.URDF_USE_INERTIA_FROM_FILE)
     p.changeDynamics(body, 0, linearDamping=0, angularDamping=0)
@@ -153,7 +154,7 @@ def test_constraints_are_those_of_now(bullet: Any, script: ModuleType, tmp_path:
             made: int = p.createConstraint(balls[number], -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], at)
             return made
 
-        # One that goes, one that stays, one that moves; the last one comes later.
+        # One is removed, one stays, one moves; the last one comes later.
         made = [hang(number) for number in range(3)]
         step(p, 2)
         kept = Kept(p, way, tmp_path)
@@ -166,7 +167,7 @@ def test_constraints_are_those_of_now(bullet: Any, script: ModuleType, tmp_path:
         step(p, 120)
         found.append([p.getBasePositionAndOrientation(body)[0][2] for body in balls])
     assert found[0][0] < 49.0
-    # The last one was not held when the state was saved, and is put where it was when it was made.
+    # The last one was not held when the state was saved, and gets its original pose.
     assert found[1] == pytest.approx(found[0], abs=5e-3)
 
 
@@ -207,7 +208,7 @@ def test_collision_filters_stay(bullet: Any, script: ModuleType, tmp_path: Path,
 def test_what_was_said_before_a_state_was_saved_is_not_said_again(
     script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A restore costs the same calls however many robots are as they were."""
+    """A restore costs the same calls, regardless of the number of unchanged robots."""
     body = arm(script, tmp_path)
     balls = [ball(script, float(x)) for x in range(8)]
     script.setCollisionFilterPair(balls[0], balls[1], -1, -1, 0)
@@ -244,7 +245,7 @@ def test_a_joint_that_was_beyond_its_limit_is_there_again(script: ModuleType, tm
     script.restoreState(kept)
     step(script, 5)
     assert script.getJointState(body, 0)[0] == pytest.approx(2.5)
-    # It comes back, and then its limit holds.
+    # It returns, and then its limit holds.
     script.resetJointState(body, 0, 2.5, -6.0)
     step(script, 60)
     script.resetJointState(body, 0, 1.5, 6.0)

@@ -13,7 +13,7 @@ from simd_client.pybullet import cameras, rotations
 
 real: Any = pytest.importorskip("pybullet", exc_type=ImportError)
 
-# PyBullet computes these three in double precision, and the others in single: their last digits
+# PyBullet computes these three in double precision, and the others in single. The last digits of the others
 # are noise from 6e-8 on, which square roots and arc cosines near one magnify.
 DOUBLE = 1e-12
 SINGLE = 2e-6

@@ -27,7 +27,7 @@ def flat(value: Any) -> Iterable[Any]:
 
 
 def bodies(p: Any, mesh: Path) -> list[int]:
-    """One of each kind of shape, turned, with frames of their own."""
+    """One of each kind of shape, rotated, with separate frames."""
     turn = p.getQuaternionFromEuler([0.1, 0.2, 0.3])
     frame = {"collisionFramePosition": [0.5, 0.1, 0.0], "collisionFrameOrientation": turn}
     drawn = p.createVisualShape(
@@ -75,7 +75,7 @@ def test_visual_shapes_are_reported_as_pybullet_does(bullet: Any, script: Module
         rows.append([p.getVisualShapeData(body, flags=flags) for body in made for flags in (0, 1)])
         assert p.getVisualShapeData(99) == ()
     for theirs, ours in zip(*rows, strict=True):
-        # An arm of ours has a file each, which PyBullet draws with a texture's number of its own.
+        # Each arm of simd has a separate file, which PyBullet draws with a separate texture number.
         textures = len(theirs[0]) == 9
         for a, b in zip(theirs, ours, strict=True):
             assert [type(each) for each in a] == [type(each) for each in b]
@@ -93,7 +93,7 @@ def test_collision_shapes_and_boxes_are_reported_as_pybullet_does(
     for p in (bullet, script):
         rows: list[Any] = []
         for body in bodies(p, mesh):
-            # PyBullet forgets the scale of a mesh, and tells the body of the first shape only.
+            # PyBullet forgets the scale of a mesh, and reports only the body of the first shape.
             shown = p.getCollisionShapeData(body, -1)
             rows.append([(row[2], () if row[2] == p.GEOM_MESH else row[3], row[5:]) for row in shown])
             assert shown[0][:2] == (body, -1) and (p is bullet or all(row[:2] == (body, -1) for row in shown))
@@ -125,8 +125,9 @@ def test_the_box_around_a_link_that_touches_nothing_is_a_point(script: ModuleTyp
 def test_boxes_around_links_are_those_of_pybullet_or_within_them(
     bullet: Any, script: ModuleType, tmp_path: Path
 ) -> None:
-    """PyBullet turns the box that is around a cylinder, capsule or hull in its own axes, and with a frame or of several shapes
-    the box around all of a link: the daemon's is around what is there."""
+    """PyBullet rotates the box that surrounds a cylinder, capsule or hull in its own axes. With a frame or
+    several shapes it rotates the box around all of a link. The daemon's box surrounds the shapes
+    themselves."""
     mesh = tmp_path / "corner.obj"
     mesh.write_text(OBJ)
     found: list[list[Any]] = []
@@ -146,7 +147,7 @@ def test_boxes_around_links_are_those_of_pybullet_or_within_them(
     theirs, ours = (np.array(rows) for rows in found)
     assert theirs.shape == ours.shape and len(ours) > 14
     assert (ours[:, 0] >= theirs[:, 0] - MARGIN).all() and (ours[:, 1] <= theirs[:, 1] + MARGIN).all()
-    # What stands upright, in no frame of its own.
+    # Upright shapes, without separate frames.
     assert ours[7:10] == pytest.approx(theirs[7:10], abs=MARGIN)
     sizes = [rows[:, 1] - rows[:, 0] for rows in (ours, theirs)]
     assert (sizes[0] > 0.25 * sizes[1]).all()
@@ -234,8 +235,8 @@ def test_meshes_that_cannot_be_are_refused(script: ModuleType, tmp_path: Path) -
 
 
 def test_a_ball_rests_on_a_height_field_where_its_arrays_say(script: ModuleType) -> None:
-    """A slope along x of 5 by 4 samples, half a metre a cell, flat along y: as in PyBullet its middle height is at the
-    origin. The ball starts above x = 0.5, whose height is 0.1 * (0.5 / 0.5) above that."""
+    """A slope along x of 5 by 4 samples, half a metre a cell, flat along y. As in PyBullet its middle height
+    is at the origin. The ball starts above x = 0.5, with the height 0.1 * (0.5 / 0.5) above the origin."""
     rows, columns = 5, 4
     data = [0.1 * i for _ in range(columns) for i in range(rows)]
     ground = script.createCollisionShape(
@@ -282,7 +283,7 @@ def test_colours_that_a_script_changes_are_reported_as_pybullet_does(
     bullet: Any, script: ModuleType, tmp_path: Path
 ) -> None:
     picture = tmp_path / "picture.png"
-    # Of one pixel, white.
+    # A picture of one white pixel.
     picture.write_bytes(
         bytes.fromhex(
             "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de"
@@ -312,7 +313,7 @@ def test_colours_that_a_script_changes_are_reported_as_pybullet_does(
             assert p.changeVisualShape(body, -1, **more) is None
             rows.append([row[7] for row in p.getVisualShapeData(body)])
         p.resetVisualShapeData(body, -1, rgbaColor=[1, 0, 1, 1])
-        # What is not there is passed over.
+        # Unknown links are ignored.
         p.changeVisualShape(99, -1, rgbaColor=[1, 0, 0, 1])
         p.changeVisualShape(body, 7, rgbaColor=[1, 0, 0, 1])
         p.changeTexture(first, [0] * 12, 2, 2)

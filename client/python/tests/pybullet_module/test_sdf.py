@@ -132,7 +132,7 @@ def test_what_is_no_sdf_is_refused(script: ModuleType, tmp_path: Path, capsys: p
 
 
 def test_search_paths_are_those_of_all_connections(script: ModuleType, arm: str) -> None:
-    """As in PyBullet, where they belong to the process."""
+    """As in PyBullet, they belong to the process."""
     other = script.connect(script.DIRECT, options="--new")
     script.setAdditionalSearchPath(str(Path(arm).parent))
     assert script.loadSDF("arm.sdf", physicsClientId=other) == (0, 1)

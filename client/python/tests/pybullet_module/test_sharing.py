@@ -1,4 +1,4 @@
-"""Scripts on a daemon that others use: what they change, what they leave behind."""
+"""Scripts on a shared daemon: their changes, and the state that they leave."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_direct_is_a_world_in_this_process_unless_a_daemon_is_named(daemon: Daem
 def test_each_world_of_direct_is_one_of_its_own(
     daemon: DaemonProcess, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    """Also where a daemon runs at the default address, and no world can be in this process."""
+    """Also if a daemon runs at the default address, and no world can be in this process."""
     for module in (endpoint, wire, connections):
         monkeypatch.setattr(module, "DEFAULT_ENDPOINT", daemon.endpoint.partition("#")[0])
     monkeypatch.setattr(embedded_link, "is_installed", lambda: False)
@@ -81,10 +81,10 @@ def test_each_world_of_direct_is_one_of_its_own(
     assert (p.getNumBodies(first), p.getNumBodies(second)) == (1, 0)
     said = capsys.readouterr().err
     assert said.count("another connection of this script has the daemon that runs; started ") == 2
-    # Who names the daemon, or asks for no world of its own, shares it.
+    # A script shares the daemon if it names it, or asks for no separate world.
     shared = [p.connect(p.DIRECT, endpoint=daemon.endpoint), p.connect(p.SHARED_MEMORY)]
     assert [p.getNumBodies(number) for number in shared] == [1, 1]
-    # Where no daemon can be started, it is said.
+    # If no daemon can be started, a message says so.
     monkeypatch.setenv("SIMD_BINARY", str(tmp_path / "lost"))
     last = p.connect(p.DIRECT)
     assert p.getNumBodies(last) == 1
@@ -109,7 +109,7 @@ def test_a_killed_script_leaves_no_daemon_behind() -> None:
     ) as script:
         assert script.stdout is not None
         daemon = int(script.stdout.readline())
-        # The holder of this end of the pipe sees the daemon go: it inherited none of ours.
+        # The holder of this end of the pipe notices the daemon's end: the daemon inherited no other end.
         script.kill()
         script.wait()
     assert ended(daemon)
@@ -133,7 +133,7 @@ def test_two_scripts_and_another_client_share_a_world(daemon: DaemonProcess) -> 
     arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1, physicsClientId=first)
     second = p.connect(p.DIRECT, endpoint=daemon.endpoint)
     assert p.getNumBodies(second) == 1
-    # Beside the first, out of its reach.
+    # A separate daemon, out of the first one's reach.
     other = p.loadURDF(str(SEVEN_ARM), [2, 0, 0], useFixedBase=1, physicsClientId=second)
     assert (arm, other) == (0, 1)
     assert p.getNumBodies(first) == 1
@@ -200,7 +200,7 @@ def test_without_a_program_to_start_the_error_says_what_to_do(
 def test_the_program_of_the_wheel_is_found_though_its_folder_is_not_on_the_path(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    # As pip leaves it: paths of RECORD begin at the folder of packages.
+    # pip's form: paths of RECORD begin at the folder of packages.
     packages = tmp_path / "lib" / "site-packages"
     about = packages / "simd_daemon-0.1.0.dist-info"
     about.mkdir(parents=True)
@@ -233,7 +233,7 @@ def test_after_a_restored_state_a_motor_has_its_friction_again(daemon: DaemonPro
     kept = p.saveState()
 
     def friction() -> float:
-        """As the daemon has it: a connection keeps what it asked for once."""
+        """The daemon's value: a connection caches its own."""
         with simd_client.connect(daemon.endpoint) as other:
             return other.robots["bench_arm"].layout.joints[0].friction
 

@@ -1,4 +1,4 @@
-"""What stands in for PyBullet's other modules, and for what old scripts call otherwise."""
+"""Replacements of PyBullet's other modules, and old names of functions."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_bullet_client_that_is_dropped_disconnects_and_not_in_a_process_that_w
     assert list(inspect.signature(BulletClient).parameters) == ["connection_mode", "hostName", "options"]
     client = BulletClient(pybullet.DIRECT, options="--new")
     number = client._client  # pyright: ignore[reportPrivateUsage]
-    # Of a function that needs no connection too.
+    # This includes a function that needs no connection.
     assert client.isNumpyEnabled() == 1 and client.getAPIVersion() == pybullet.getAPIVersion()
     del client
     gc.collect()
@@ -62,7 +62,7 @@ def test_a_bullet_client_that_is_dropped_disconnects_and_not_in_a_process_that_w
     del forked
     gc.collect()
     assert pybullet.isConnected(number)
-    # A number that is another's by now stays open.
+    # A number that belongs to another connection by now stays open.
     late = BulletClient(pybullet.DIRECT, options="--new")
     pybullet.disconnect(late._client)  # pyright: ignore[reportPrivateUsage]
     other = pybullet.connect(pybullet.DIRECT, options="--new")

@@ -1,4 +1,4 @@
-"""Height fields from pictures and tables, and ones that get other heights, beside PyBullet."""
+"""Height fields from pictures and tables, and height fields with new heights, beside PyBullet."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-# Of rays onto triangles, metres.
+# Tolerance of rays onto triangles, metres.
 NEAR = 1e-4
 
 
@@ -73,7 +73,7 @@ def pictures(folder: Path) -> dict[str, Path]:
 
 
 def heights(p: Any, x: list[float], y: list[float]) -> list[float]:
-    """Of what rays from above meet."""
+    """Heights of hits of rays from above."""
     ends = [[a, b] for a in x for b in y]
     hits = p.rayTestBatch([[*end, 50.0] for end in ends], [[*end, -50.0] for end in ends])
     assert all(hit[0] >= 0 for hit in hits)
@@ -89,7 +89,7 @@ def test_a_picture_is_the_terrain_that_pybullet_makes_of_it(
     for p in (bullet, script):
         shape = p.createCollisionShape(p.GEOM_HEIGHTFIELD, fileName=file, meshScale=[0.5, 0.25, 3.0])
         p.createMultiBody(0, shape)
-        # Points of the grid, where it does not matter which way its cells are cut.
+        # Points of the grid, at which the division of its cells does not matter.
         found.append(heights(p, [-1.0, -0.5, 0.0, 0.5, 1.0], [-0.375, -0.125, 0.125, 0.375]))
     assert found[1] == pytest.approx(found[0], abs=NEAR)
     assert max(found[0]) - min(found[0]) > 1.0
@@ -99,7 +99,7 @@ def test_a_picture_is_the_terrain_that_pybullet_makes_of_it(
 def test_of_sixteen_bits_the_upper_eight_count_and_four_are_spread(
     script: ModuleType, tmp_path: Path, kinds: tuple[str, str]
 ) -> None:
-    """PyBullet reads eight bits alone."""
+    """PyBullet reads only eight bits."""
     found: list[Any] = []
     for kind in kinds:
         file = str(pictures(tmp_path)[kind])

@@ -1,4 +1,5 @@
-"""Torques of a script and its motors: in one step, beside each other, and from another thread than the one that steps."""
+"""Torques of a script and its motors: in one step, beside each other, and from a thread other than the
+stepping one."""
 
 from __future__ import annotations
 
@@ -64,7 +65,7 @@ def test_the_effort_of_a_joint_is_its_motors_as_in_pybullet(bullet: Any, script:
 
 
 def test_a_torque_beyond_the_joints_own_limit_is_no_effort_of_its_motor(script: ModuleType, tmp_path: Path) -> None:
-    # PyBullet does not keep to it, unless that is asked for.
+    # PyBullet ignores it, unless that is requested.
     for keeps_limits, most in ((False, 15.0), (True, 10.0)):
         connected(0).keeps_limits = keeps_limits
         body = arm(script, tmp_path, effort=10.0)
@@ -77,7 +78,7 @@ def test_a_torque_beyond_the_joints_own_limit_is_no_effort_of_its_motor(script: 
 
 @pytest.fixture
 def during_steps(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> list[Callable[[], None]]:
-    """What is done while the daemon is asked for a step, one for each step."""
+    """Calls a function while the daemon is asked for a step, one for each step."""
     waiting: list[Callable[[], None]] = []
     wire = connected(0).wire
     call = wire.call

@@ -1,4 +1,4 @@
-"""The tutorial's kind of script, run with no line changed, its sliders moved by another client."""
+"""The tutorial's kind of script, run unchanged, with sliders moved by another client."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCRIPT = Path(__file__).with_name("tutorial_script.py")
 
 @pytest.fixture
 def data_folder(tmp_path: Path) -> Iterator[str]:
-    """A stand-in for pybullet_data, which the script asks for and takes nothing from."""
+    """A stand-in for pybullet_data, which the script requests and does not use."""
     (tmp_path / "plane.urdf").write_text("<robot name='plane'><link name='plane'/></robot>")
     yield str(tmp_path)
 
@@ -39,7 +39,8 @@ def start(daemon: DaemonProcess, data: str, kind: str, turns: int, ready: int) -
 def run(
     daemon: DaemonProcess, data: str, kind: str, slider: str, value: float
 ) -> tuple[list[str], float, float]:
-    """Moves the slider after 200 of 3,000 turns; what the script printed, position and velocity at its end."""
+    """Moves the slider after 200 of 3,000 turns. Returns the script's output, and position and velocity at
+    its end."""
     process = start(daemon, data, kind, 3000, 200)
     assert process.stdin is not None and process.stdout is not None
     said: list[str] = []
@@ -84,7 +85,7 @@ def test_without_a_daemon_the_runner_starts_one_and_says_so(data_folder: str) ->
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.splitlines()[-1].startswith("at ")
     assert "simd: no daemon was running; started " in ran.stderr
-    # One line says where to look.
+    # One line names the place to look.
     assert (
         sum(word in ran.stderr for word in ("look at the world at http://", "watch the world with: simctl"))
         == 1

@@ -13,17 +13,18 @@ import pytest
 
 from .test_queries import flat
 
-# Between where a ball rests in PyBullet and where its surface would just touch, metres.
+# Distance between PyBullet's rest position of a ball and exact contact, metres.
 NEAR = 2e-3
-# The same of the daemon, which leaves less than a tenth of a millimetre of overlap alone.
+# Same distance for the daemon, which tolerates less than a tenth of a millimetre of overlap.
 OURS = 2e-4
-# Of rays, metres: PyBullet's heights have single precision.
+# Tolerance of rays, metres: PyBullet's heights have single precision.
 RAY = 1e-4
 SLOPE = math.radians(30.0)
 RADIUS, MASS, GRAVITY = 0.1, 1.0, 9.81
-# Of the lowest line of the valley, which lies along y.
+# Height of the lowest line of the valley, which lies along y.
 PLACE = (0.3, -0.2, 0.4)
-# How far along that line the ball lies: in the middle of a cell of the height field, so that it touches no other triangle.
+# Position of the ball along that line: in the middle of a cell of the height field, so that it touches no
+# other triangle.
 AHEAD = 0.25
 SCALE = (1.0, 1.5, 1.0)
 
@@ -33,7 +34,7 @@ def file_of(folder: Path) -> Path:
 
 
 def of_mesh(p: Any, folder: Path) -> int:
-    """The body of two large triangles, whose convex hull would fill the valley."""
+    """The body of two large triangles, with a convex hull that would fill the valley."""
     corner = 2.0 * math.tan(SLOPE)
     records = b""
     left = [0.0, -2.0, 0.0, 0.0, 2.0, 0.0, -2.0, 0.0, corner]
@@ -49,7 +50,7 @@ def of_mesh(p: Any, folder: Path) -> int:
 
 
 def of_heights(p: Any, folder: Path) -> int:
-    """The same as five by five heights, half a metre apart."""
+    """The same valley as five by five heights, half a metre apart."""
     del folder
     side = range(-2, 3)
     heights = [0.5 * abs(x) * math.tan(SLOPE) for _ in side for x in side]
@@ -71,18 +72,18 @@ each_valley = pytest.mark.parametrize("valley", [of_mesh, of_heights])
 
 
 def resting_place() -> tuple[float, float, float]:
-    """Of the ball's middle, where it touches both sides."""
+    """Height of the ball's middle, at contact with both sides."""
     x, y, z = PLACE
     return x, y + AHEAD, z + RADIUS / math.cos(SLOPE)
 
 
 def fallen(p: Any, ground: int) -> tuple[int, list[Any]]:
-    """A ball that was let fall from a centimetre above that, and of each side the contact that carries the most."""
+    """A ball that fell from a centimetre above that, with each side's contact of the largest force."""
     x, y, z = resting_place()
     ball: int = p.createMultiBody(
         MASS, p.createCollisionShape(p.GEOM_SPHERE, radius=RADIUS), -1, [x, y, z + 0.01]
     )
-    # Without friction the two normal forces alone carry it.
+    # Without friction only the two normal forces carry it.
     p.changeDynamics(ball, -1, lateralFriction=0.0)
     p.setGravity(0, 0, -GRAVITY)
     for _ in range(480):
@@ -110,18 +111,18 @@ def test_a_ball_in_a_valley_has_the_contacts_of_pybullet(
         for side, row in zip((-1.0, 1.0), rows, strict=True):
             assert len(row) == 14
             assert row[:5] == (0, ball, ground, -1, -1)
-            # From the ground to the ball, across the slope; the points of both are there where they touch.
+            # From the ground to the ball, across the slope; the points of both are at the contact.
             normal = (side * math.sin(SLOPE), 0.0, math.cos(SLOPE))
             touched = [at - RADIUS * part for at, part in zip(middle, normal, strict=True)]
             assert list(row[5]) == pytest.approx(touched, abs=near)
             assert list(row[6]) == pytest.approx(touched, abs=near)
             assert list(row[7]) == pytest.approx(normal, abs=1e-3)
             assert row[8] == pytest.approx(0.0, abs=near)
-            # From the point on the ground to that on the ball it is the distance along the normal.
+            # The distance along the normal leads from the ground's point to the ball's.
             across = [b + row[8] * part - a for a, b, part in zip(row[5], row[6], row[7], strict=True)]
             assert across == pytest.approx([0.0, 0.0, 0.0], abs=1e-4)
             assert row[9] == pytest.approx(force, rel=share)
-            # Of friction there is none. Its two directions are a choice of each: the daemon has all of it along the first.
+            # Friction is zero. Each chooses its two directions: the daemon has all of it along the first.
             assert (row[10], row[12]) == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
@@ -130,7 +131,7 @@ def test_rays_onto_a_valley_hit_what_they_hit_in_pybullet(
     bullet: Any, script: ModuleType, tmp_path: Path, valley: Valley
 ) -> None:
     x, y, z = PLACE
-    # On no edge of a triangle, whichever way cells are cut.
+    # Outside of all edges of triangles, regardless of the division of cells.
     down = [(a, b) for a in (-0.65, -0.35, 0.15, 0.65) for b in (-0.3, 0.1)]
     ways = [([x + a, y + b, z + 2.0], [x + a, y + b, z - 2.0]) for a, b in down]
     # Across the valley, above it, and beside it.
@@ -138,7 +139,7 @@ def test_rays_onto_a_valley_hit_what_they_hit_in_pybullet(
     ways.append(([x, y + 0.2, z + 2.0], [x, y + 0.2, z + 1.0]))
     ways.append(([x + 5.0, y, z + 2.0], [x + 5.0, y, z - 2.0]))
     if valley is of_mesh:
-        # Its lower side is hit too, and the normal is towards where the ray comes from.
+        # Its lower side is hit too, and the normal points to the ray's start.
         ways.append(([x + 0.15, y + 0.1, z - 2.0], [x + 0.15, y + 0.1, z + 2.0]))
     starts, ends = ([way[i] for way in ways] for i in (0, 1))
     found: list[Any] = []
@@ -169,7 +170,7 @@ def test_a_concave_mesh_is_reported_as_pybullet_does(bullet: Any, script: Module
     (touching, drawn), (their_touching, their_drawn) = found
     assert touching[:3] == their_touching[:3] == (0, -1, script.GEOM_MESH)
     assert list(flat(touching[5:])) == pytest.approx(list(flat(their_touching[5:])), abs=1e-9)
-    # A choice: PyBullet forgets scale and file, and tells of (1, 1, 1) and of b"unknown_file".
+    # A choice: PyBullet forgets scale and file, and reports (1, 1, 1) and b"unknown_file".
     assert touching[3:5] == (SCALE, str(file_of(tmp_path)).encode())
     assert [type(each) for each in drawn] == [type(each) for each in their_drawn]
     assert drawn[4] == their_drawn[4]
@@ -177,8 +178,8 @@ def test_a_concave_mesh_is_reported_as_pybullet_does(bullet: Any, script: Module
 
 
 def test_a_height_field_is_reported_as_a_mesh(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
-    """Choices: PyBullet tells of a height field as of something drawn, of the kind GEOM_HEIGHTFIELD and without a size, and of no
-    shape that it touches with. The daemon tells of a mesh in both cases, and of its lengths."""
+    """Choices: PyBullet reports a height field as a visual of the kind GEOM_HEIGHTFIELD without a size, and
+    no collision shape. The daemon reports a mesh in both cases, with its lengths."""
     found: list[Any] = []
     for p in (bullet, script):
         ground = of_heights(p, tmp_path)
@@ -191,5 +192,5 @@ def test_a_height_field_is_reported_as_a_mesh(bullet: Any, script: ModuleType, t
     theirs, ours = found
     assert ours[:2] == theirs[:2]
     assert ours[2:5] == (script.GEOM_MESH, (2.0, 2.0, 1.0), b"")
-    # Where it is, and its colour.
+    # Pose and colour.
     assert list(flat(ours[5:])) == pytest.approx(list(flat(theirs[5:])), abs=1e-6)

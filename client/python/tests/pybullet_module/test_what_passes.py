@@ -1,4 +1,4 @@
-"""What PyBullet lets pass, passes: arguments that name nothing, are none, or are larger than can be."""
+"""Arguments that PyBullet tolerates are tolerated: unknown names, missing values, and excessive numbers."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_an_error_belongs_to_its_call_and_leaves_nothing_behind(script: ModuleTy
         script.setJointMotorControlArray(arm, [0], script.TORQUE_CONTROL, forces=[math.nan])
     for _ in range(3):
         script.stepSimulation()
-    # A body that is removed takes along what still waits for it.
+    # A removed body also drops its waiting commands.
     script.resetJointState(arm, 0, 0.1)
     script.applyExternalForce(arm, 0, [1, 0, 0], [0, 0, 0], script.LINK_FRAME)
     script.removeBody(arm)
@@ -93,7 +93,7 @@ def test_any_time_step_that_is_positive_is_taken(script: ModuleType, cube: int, 
     script.setGravity(0, 0, -10)
     script.setTimeStep(0.5)
     script.stepSimulation()
-    # Half a second in one step of the script's.
+    # Half a second in one step of the script.
     assert script.getBaseVelocity(cube)[0][2] == pytest.approx(-5.0, rel=1e-6)
     assert script.getPhysicsEngineParameters()["fixedTimeStep"] == pytest.approx(0.5)
     script.setTimeStep(0)
@@ -112,7 +112,7 @@ def test_mjcf_of_2017_is_read(script: ModuleType, tmp_path: Path, changed: dict[
     bodies = script.loadMJCF(str(file), useMultiBody=1)
     assert len(bodies) == 1 and script.getNumJoints(bodies[0]) > 0
     if "x" in changed:
-        # Of 0.13/2 Bullet reads 0.13.
+        # Bullet reads 0.13/2 as 0.13.
         assert script.getLinkState(bodies[0], 0)[0][0] == pytest.approx(0.13)
 
 

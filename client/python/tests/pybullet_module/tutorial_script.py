@@ -1,6 +1,7 @@
-"""A script as PyBullet's users write them: sliders, one controller a joint, a loop. Ends by itself.
+"""A script as PyBullet's users write them: sliders, one controller a joint, a loop. It ends after its turns.
 
-Arguments: the URDF, `position` or `velocity`, how many turns, after how many it says that it is ready.
+Arguments: the URDF, `position` or `velocity`, the number of turns, and the turn after which it reports that
+it is ready.
 """
 
 # PyBullet has no types, and a script is no typed program.
