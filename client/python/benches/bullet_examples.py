@@ -75,7 +75,7 @@ def run(root: Path, data: Path | None, script: str, name: str, most: float) -> d
 
 
 def _linked(source: str, target: str) -> None:
-    """Returns the same file in another folder that lacks its name."""
+    """Links the same file into another folder that lacks its name."""
     if not os.path.lexists(target):
         try:
             os.link(source, target)
@@ -140,7 +140,7 @@ def is_same(both: dict[str, Any]) -> bool:
 
 
 def print_scripts(found: dict[str, dict[str, Any]], whole: bool) -> None:
-    """Returns the table of scripts; unless whole, without imported modules."""
+    """Prints the table of scripts; unless whole, without imported modules."""
     rows = {script: both for script, both in sorted(found.items()) if len(both) == 2}
     reached = [script for script, both in rows.items() if is_reached(both)]
     same = [script for script in reached if is_same(rows[script])]
@@ -185,7 +185,7 @@ def _shown(found: dict[str, Any]) -> str:
 
 
 def print_functions(folders: list[Path]) -> None:
-    """Returns PyBullet's functions by the number of scripts with a call, with their state from
+    """Prints PyBullet's functions by the number of scripts with a call, with their state from
     docs/pybullet.md."""
     document = Path(__file__).resolve().parents[3] / "docs/pybullet.md"
     states: dict[str, str] = {}

@@ -164,7 +164,7 @@ class Watched:
 
 
 def begin_random() -> None:
-    """Random numbers begin equal."""
+    """Makes random numbers begin equal."""
     import random
 
     import numpy

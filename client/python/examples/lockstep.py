@@ -16,7 +16,7 @@ STIFFNESS, DAMPING = 100.0, 20.0  # 1/s^2 and 1/s: critically damped, a time con
 
 
 def main() -> None:
-    """Returns computed torque: the efforts that give each joint the acceleration of a spring and damper at
+    """Applies computed torque: the efforts that give each joint the acceleration of a spring and damper at
     its goal."""
     goal = np.array([0.3, 0.4, -0.2, 0.8, 0.1, -0.5, 0.2])
     with simd_client.connect() as sim, ExitStack() as cleanup:

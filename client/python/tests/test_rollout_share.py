@@ -163,7 +163,7 @@ def test_the_part_of_a_daemon_that_is_killed_is_asked_of_the_others(one: Behind,
         alone = one.sim.rollout(1000, **asked)
 
         def kill(done: int, of: int) -> None:
-            """Once some copies are done: of eight parts the other daemon then has one."""
+            """Kills the daemon once some copies are done: of eight parts the other daemon then has one."""
             if other.process.poll() is None:
                 assert 0 < done < of
                 other.kill()

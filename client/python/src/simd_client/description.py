@@ -50,7 +50,7 @@ class RobotInfo:
     description: str
     """Hash of the description."""
     loaded_at_start: bool
-    """The daemon loaded it at its start; a reset of scope `spawned` leaves it."""
+    """Whether the daemon loaded it at its start; a reset of scope `spawned` leaves it."""
     disabled_reason: str
     """Set while the robot is disabled because its state was not finite."""
 

@@ -335,7 +335,7 @@ def _reasons() -> dict[str, type[Refused]]:
 
 
 REASONS: Mapping[str, type[Refused]] = MappingProxyType(_reasons())
-"""Returns the exception of each reason, by its name on the wire: `ROBOT_NOT_FOUND` is `RobotNotFound`."""
+"""Exception of each reason, by its name on the wire: `ROBOT_NOT_FOUND` is `RobotNotFound`."""
 
 _CODES = (
     "OK CANCELLED UNKNOWN INVALID_ARGUMENT DEADLINE_EXCEEDED NOT_FOUND ALREADY_EXISTS PERMISSION_DENIED "

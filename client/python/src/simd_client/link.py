@@ -64,7 +64,7 @@ def program() -> str:
 
 
 STATUS = "google.rpc.Status"
-"""Returns the message of a refusal."""
+"""Type of the message of a refusal."""
 
 
 class Link:

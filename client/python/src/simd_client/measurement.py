@@ -67,7 +67,7 @@ class ContactMeasurement:
     """Reading of a contact sensor: means over the last step."""
 
     touching: bool
-    """The sum of the normal forces is above the sensor's threshold."""
+    """Whether the sum of the normal forces is above the sensor's threshold."""
     force: FloatArray
     """Force of all other links on the link, world axes, N."""
     normal_force: float

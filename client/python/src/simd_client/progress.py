@@ -132,7 +132,8 @@ def _terminal(stream: TextIO | None) -> Draw | None:
 
 
 def _notebook() -> Draw | None:
-    """Whether this runs in a notebook: the kernel has IPython loaded, and its display can be updated."""
+    """Returns a function that draws in a notebook; `None` outside of one. A notebook's kernel has IPython
+    loaded, and its display can be updated."""
     shell: Any = sys.modules.get("IPython")
     shell = shell.get_ipython() if shell is not None else None
     if shell is None or not hasattr(shell, "kernel"):

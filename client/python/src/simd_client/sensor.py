@@ -136,8 +136,8 @@ class LidarSensor(SensorKind[LidarMeasurement]):
     vertical: Sweep = field(default_factory=lambda: Sweep(1))
     """Up from the plane of x and y."""
     rolling: bool = False
-    """Period of one turn. Column i of n is from (n - 1 - i) / n periods before the stamp, at the sensor's
-    pose of that time."""
+    """Whether it turns once in a period. Column i of n is then from (n - 1 - i) / n periods before the stamp,
+    at the sensor's pose of that time."""
 
     def directions(self) -> FloatArray:
         """Returns directions of the rays in the sensor's axes, of unit length: rows, columns, x y z."""

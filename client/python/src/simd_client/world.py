@@ -84,7 +84,7 @@ class Physics:
     surface_combination: SurfaceCombination
     """Combination of touching surfaces."""
     sleeping: bool
-    """Free bodies at rest sleep: steps skip them until something acts on them."""
+    """Whether free bodies at rest sleep: steps skip them until something acts on them."""
 
 
 @dataclass(frozen=True)

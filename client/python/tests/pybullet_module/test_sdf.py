@@ -50,7 +50,7 @@ def arm(tmp_path: Path) -> str:
 
 
 def same(ours: Any, theirs: Any) -> bool:
-    """Equal numbers; a quaternion may have either sign."""
+    """Whether numbers are equal; a quaternion may have either sign."""
     if isinstance(theirs, tuple):
         pairs: list[tuple[Any, Any]] = list(zip(ours, cast("tuple[Any, ...]", theirs), strict=True))
         is_turn = len(pairs) == 4 and all(isinstance(each, float) for _, each in pairs)

@@ -78,7 +78,7 @@ class RobotContacts(Motion):
         return stamp_from_proto((await self._connection.call(methods.SetLinkProperties, request)).stamp)
 
     async def collision_filter(self) -> CollisionFilter:
-        """Whether its links touch each other, and the switched pairs of links."""
+        """Self-collision of its links, and the switched pairs of links."""
         request = proto.GetCollisionFilterRequest(robot=self.name)
         return collision_filter_from_proto(await self._connection.call(methods.GetCollisionFilter, request))
 

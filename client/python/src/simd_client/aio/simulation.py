@@ -196,7 +196,7 @@ class Simulation(SavedStates):
 
     @property
     async def state(self) -> SimulationState:
-        """Whether the world plays, is paused or is stopped."""
+        """State of the world: playing, paused or stopped."""
         return state_from_proto((await self._get_state()).state)
 
     @property

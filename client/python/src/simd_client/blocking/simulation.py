@@ -197,7 +197,7 @@ class Simulation(SavedStates):
 
     @property
     def state(self) -> SimulationState:
-        """Whether the world plays, is paused or is stopped."""
+        """State of the world: playing, paused or stopped."""
         return state_from_proto(self._get_state().state)
 
     @property

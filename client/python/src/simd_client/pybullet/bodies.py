@@ -71,7 +71,7 @@ class BodyJoint:
     count: int
     # The daemon's number of it: parents come before their children.
     index: int
-    # It rotates or slides, and nothing else drives it.
+    # Whether it rotates or slides, and nothing else drives it.
     driven: bool
     # Inertia that its actuator sees, kg m^2 or kg.
     inertia: float

@@ -36,7 +36,7 @@ class Description:
     # `link_from_inertia` of each link, metres. PyBullet's base positions, link states and joint frames refer
     # to the inertias; the daemon reports centres of mass, and no axes.
     frames: dict[str, Pose] = field(default_factory=dict[str, Pose])
-    # The root link's mass is written as 0: PyBullet treats it as a part of the world.
+    # Whether the root link's mass is written as 0: PyBullet treats it as a part of the world.
     massless_root: bool = False
     # Links with friction; the others have PyBullet's default.
     rough: frozenset[str] = frozenset()

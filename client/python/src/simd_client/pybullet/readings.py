@@ -90,7 +90,7 @@ class Readings:
         self._is_moved = self.is_detected = False
         # Number of further steps that include contact points.
         self._contacts_for = 0
-        # Joint states of a playing world arrive without requests.
+        # Whether joint states of a playing world arrive without requests.
         self._publishes = False
         self._watching = False
 
