@@ -81,8 +81,8 @@ class BodyJoint:
     motor: Motor = field(default_factory=Motor)
     # Motor of a spherical joint, which has no other.
     ball: BallMotor | None = None
-    # Dry friction of the daemon, which changes with a motor's force; None after a restored state with unknown
-    # friction.
+    # Dry friction of the daemon, which changes with a motor's force; None after a restored state that brought
+    # its own.
     friction_sent: float | None = 0.0
     # TORQUE_CONTROL over the last step, N m or N, as far as the joint's own limit lets it act. A spherical
     # joint's motor has it.

@@ -17,7 +17,7 @@ _SCHEMES = ("package://", "model://", "file://")
 
 
 def places(name: str, search_paths: Sequence[str]) -> list[Path]:
-    """Yields candidate paths of a file, in PyBullet's order: the given path, then below each folder, where
+    """Returns candidate paths of a file, in PyBullet's order: the given path, then below each folder, where
     `/` stays inside the folder."""
     below = name.lstrip("/")
     return list(dict.fromkeys([Path(name), *(Path(folder) / below for folder in (*_DATA, *search_paths))]))

@@ -127,7 +127,7 @@ def resetBasePositionAndOrientation(
 
 
 def _bounded(velocity: Vector) -> Vector:
-    """Clamped to the daemon's maximum."""
+    """Clamps a velocity to the daemon's maximum."""
     x, y, z = (max(-_FASTEST, min(each, _FASTEST)) for each in velocity)
     return x, y, z
 

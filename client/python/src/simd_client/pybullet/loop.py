@@ -256,7 +256,7 @@ class Loop(Readings):
             joint.friction_sent = value
         self.wire.call(methods.SetJointProperties, request)
 
-    # Returns the settings.
+    # The settings.
 
     def set_physics(self, request: SetPhysicsRequest) -> None:
         """Changes only the given settings."""
