@@ -78,9 +78,9 @@ def bowl(radius, height, rings, sectors):
 
 
 def wedge(inner, outer, angle, deep):
-    """Returns a stone of a round arch, its middle's direction along z: the corners about its centre of mass,
-    that centre's distance from the arch's centre, and the moments. They are principal moments for a mass
-    of 1 kg."""
+    """Returns a stone of a round arch, its middle's direction along z: corners, distance and moments. Corners
+    are about its centre of mass. The distance is from there to the arch's centre. The principal moments
+    are for a mass of 1 kg."""
     half = angle / 2
     a, h = outer * cos(half), inner * cos(half)
     # A trapezium: half its width at height z is z times the tangent of half the angle.

@@ -3,7 +3,7 @@
 These settings differ from the defaults: masses and moments as given, no damping, no threshold of
 restitution. Friction and restitution of a pair are the products of its bodies' values. Each body gets the
 square root, so that equal ones have the scene's value. Its motors are constraints without gains. A
-position's gain is a part of the error: an implicit spring and damper of the scene's gains would remove
+position's gain is a part of the error. An implicit spring and damper of the scene's gains would remove
 that part from a light link in a step. Its force is the joint's effort. Overlaps and forces are taken at
 the views alone.
 """
