@@ -57,7 +57,7 @@ const SHEETS: readonly { name: string; keys?: string; buttons?: readonly string[
   { name: "moving", buttons: ["build", "build-place"], shows: "place-card" },
 ];
 
-/** Presses a button by its key, once it is seen: a sheet that opens takes the focus. */
+/** Presses a button by its key, once it is visible: a sheet that opens takes the focus. */
 async function enter(tab: Tab, id: string): Promise<void> {
   const button = tab.page.getByTestId(id).first();
   await button.waitFor();
@@ -65,7 +65,7 @@ async function enter(tab: Tab, id: string): Promise<void> {
   await tab.page.keyboard.press("Enter");
 }
 
-/** All that differs from light to dark: the elements are the same. */
+/** All differences from light to dark: the elements are the same. */
 const COLOURS = ["color-contrast", "link-in-text-block"];
 
 /**
@@ -125,7 +125,7 @@ for (const { name, options } of VIEWS) {
     await tab.page.keyboard.press("Enter");
     await look("the structure");
     await tab.page.keyboard.press("i");
-    // All that is drawn over the picture.
+    // Everything that is drawn over the picture.
     for (const key of ["c", "j", "n", "a", "m", "e", "k", "w"]) await tab.page.keyboard.press(key);
     await tab.page.getByTestId("side-front").waitFor();
     await look("marks");
@@ -135,11 +135,11 @@ for (const { name, options } of VIEWS) {
     await look("plots");
     await tab.page.keyboard.press("p");
     for (const sheet of SHEETS) {
-      // Where no other client is here, nothing is asked.
+      // Without another client, no question is asked.
       if (sheet.shows === "ask-sheet") await tab.seesAnother(daemon);
       violations.push(...(await found(tab, sheet)));
     }
-    // A recording that is played, and closed by its key.
+    // A recording is played, and closed by its key.
     await enter(tab, "recordings");
     await enter(tab, "play-recording");
     await tab.page.getByTestId("playback").waitFor();
@@ -183,10 +183,10 @@ test("a robot is brought in, moved, plotted, placed, saved and removed without a
   await tab.page.keyboard.press("Enter");
   await expect.poll(names).toEqual(["demo_arm", "crate"]);
   await tab.page.getByTestId("add-sheet").waitFor({ state: "detached" });
-  // The arm may have met the crate: it stays where it is from here on.
+  // The arm may touch the crate: it stays where it is from here on.
   await daemon.simulation.setSimulationState({ state: SimulationState.PAUSED });
   await daemon.entities.setEntityState({ robot: "crate", twist: {} });
-  // The key is of the second robot that the page knows.
+  // The key belongs to the second robot that the page knows.
   await tab.page.getByTestId("robot-crate").waitFor();
   await tab.page.keyboard.press("2");
   await enter(tab, "build");

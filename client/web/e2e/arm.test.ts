@@ -1,4 +1,4 @@
-// The demo robot in a real browser: what is seen is what is simulated.
+// The demo robot in a real browser: the picture shows the simulation.
 
 import { resolve } from "node:path";
 
@@ -14,7 +14,7 @@ import { fixtures } from "./fixtures";
 const MESH = resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL");
 /** The arm is orange: rgb 0.96 0.52 0.12 has a hue of 29 degrees. */
 const ORANGE = [18, 42] as const;
-/** Pixels that a picture may be away from where the daemon's pose puts it. */
+/** Maximum distance in pixels of the picture from the daemon's pose. */
 const CLOSE = 5;
 
 const use = fixtures();
@@ -26,14 +26,14 @@ beforeEach(async () => {
   daemon = await use.daemon(Daemon.demo());
 });
 
-/** The box around the arm as the daemon's link pose says it should be seen. */
+/** Returns the box around the arm in the picture that the daemon's link pose predicts. */
 async function expected(tab: Tab): Promise<Bounds> {
   const pose = await daemon.linkPose("bench_arm", "arm");
   const world = (await corners(MESH)).map((corner) => moved(pose, corner));
   return bounds(await tab.page.evaluate((all) => all.map((point) => window.simd.project(point)), world));
 }
 
-/** The picture agrees with the daemon: each side of the box around the arm is close. */
+/** Checks that the picture agrees with the daemon: each side of the box around the arm is close. */
 async function agrees(tab: Tab): Promise<Bounds> {
   const sequence = (await daemon.joints.getJointStates({})).states?.stamp?.sequence ?? 0n;
   await tab.caughtUp(sequence);
@@ -47,7 +47,7 @@ async function agrees(tab: Tab): Promise<Bounds> {
   return box;
 }
 
-/** Waits until the daemon says that the shoulder is at rest at its target. */
+/** Waits until the daemon reports that the shoulder is at rest at its target. */
 async function arrived(): Promise<number> {
   for (;;) {
     const { position, velocity, target } = await daemon.joint("bench_arm", "shoulder");
@@ -92,7 +92,7 @@ test("pause and step are the daemon's", async () => {
   await tab.page.keyboard.press("Space");
   await expect.poll(state).toBe(SimulationState.PLAYING);
   await tab.page.getByTestId("reset").click();
-  // The client of this test is here too.
+  // The client of this test is connected too.
   await tab.page.getByTestId("ask-surely").click();
   await expect.poll(async () => (await daemon.simulation.getSimulationState({})).stamp?.epoch).toBeGreaterThan(0n);
 });
@@ -139,7 +139,7 @@ test("a reload keeps the camera, the unit and the plotted joints", async () => {
   await tab.page.getByTestId("plots").waitFor();
   const box = await tab.page.getByTestId("viewport").boundingBox();
   if (box === null) throw new Error("the view has no size");
-  // From the corner, where no link is.
+  // Drags from the corner, where no link is.
   await tab.page.mouse.move(box.x + 20, box.y + 20);
   await tab.page.mouse.down();
   await tab.page.mouse.move(box.x + 90, box.y + 60, { steps: 4 });
@@ -171,7 +171,7 @@ test("a reload keeps the camera also while the robot moves, and where the pointe
   const distance = (a: number[], b: number[]) => Math.hypot(...a.map((value, index) => value - (b[index] ?? Number.NaN)));
   const stored = () => tab.page.evaluate(() => (JSON.parse(sessionStorage.getItem("simd.view.camera") ?? "[]") as number[][]).flat());
   await expect.poll(async () => distance(before, await stored()) > 0.1).toBe(true);
-  // The camera may still come to rest: what counts is what is stored as the page goes.
+  // The camera may still be moving: the stored view counts, written as the page closes.
   await tab.page.addInitScript(() => {
     const kept = sessionStorage.getItem("simd.view.camera");
     sessionStorage.setItem("kept", sessionStorage.getItem("kept") ?? kept ?? "[]");
@@ -239,7 +239,7 @@ test("a plot draws the joint, and its figures can be saved", async () => {
   const rows = Buffer.concat(chunks).toString("utf8").trim().split("\n");
   expect(rows[0]).toMatch(/^"?sim_time/);
   expect(rows[0]).toContain("shoulder.position");
-  // As many as states that a slow page has seen.
+  // The file has a row for each state that a slow page has seen.
   expect(rows.length).toBeGreaterThan(5);
   const last = (rows.at(-1) ?? "").split(",").map(Number);
   expect(last[1]).toBeCloseTo(1, 1);

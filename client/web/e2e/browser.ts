@@ -20,7 +20,7 @@ export const PICTURES = resolve(REPOSITORY, "target/screenshots");
 
 /** Joins the browser that `setup.ts` started for the run. Closing it ends this connection and its contexts, not the browser. */
 export async function connect(): Promise<Browser> {
-  // One that ended is started again, which takes a moment.
+  // Chromium may have ended: it is started again, which takes a moment.
   return vi.waitFor(() => chromium.connect(inject("browser")), { timeout: TIMEOUT, interval: 200 });
 }
 
@@ -29,11 +29,11 @@ const READS_BACK = /GL Driver Message .*GPU stall due to ReadPixels/;
 
 const TYPES: Record<string, string> = { html: "text/html", js: "text/javascript", css: "text/css", svg: "image/svg+xml" };
 
-/** Serves the page from a folder instead of the one that the daemon was built with, under the daemon's own policy. */
+/** Serves the page from a folder in place of the daemon's page, under the daemon's policy. */
 export async function servePage(context: BrowserContext, folder: string): Promise<void> {
   await context.route(/^https?:\/\/[^/]+\/(?:|[\w.-]+\.(?:html|js|css|svg)|assets\/[\w.-]+)$/, async (route) => {
     const path = new URL(route.request().url()).pathname.slice(1) || "index.html";
-    // Files of robots are the daemon's.
+    // The daemon serves files of robots.
     if (!existsSync(resolve(folder, path))) return route.fallback();
     const headers: Record<string, string> = { ...(await context.request.get(new URL("/", route.request().url()).href)).headers(), "content-type": TYPES[path.split(".").at(-1) ?? ""] ?? "" };
     for (const name of ["content-encoding", "content-length", "etag"]) delete headers[name];
@@ -64,7 +64,7 @@ export class Tab {
     return tab;
   }
 
-  /** The position of a point of the world on the page, in CSS pixels. */
+  /** Returns the position of a point of the world on the page, in CSS pixels. */
   project(point: number[]): Promise<{ x: number; y: number }> {
     return this.page.evaluate((at) => window.simd.project(at as [number, number, number]), point);
   }
@@ -81,7 +81,7 @@ export class Tab {
     await this.page.waitForFunction(() => window.simd.settled());
   }
 
-  /** Moves the pointer onto a handle, and waits until the page says that it is on one. */
+  /** Moves the pointer onto a handle, and waits until the page reports it. */
   async onHandle({ x, y }: { x: number; y: number }): Promise<void> {
     const isThere = async (): Promise<boolean> => {
       await this.page.mouse.move(x - 1, y);
@@ -91,7 +91,7 @@ export class Tab {
     await expect.poll(isThere).toBe(true);
   }
 
-  /** Waits until the page says that another client is here: the one of this test, which is listed for as long as it calls. */
+  /** Waits until the page reports another client: this test's, which is listed as long as it calls. */
   async seesAnother(daemon: Daemon): Promise<void> {
     const said = async (): Promise<string | null> => {
       await daemon.simulation.getSimulationState({});
@@ -100,7 +100,7 @@ export class Tab {
     await expect.poll(said).toMatch(/^([2-9]|[1-9]\d+) connected/);
   }
 
-  /** The bounding box and the number of pixels of a range of hues, in degrees from red to yellow, within an area. */
+  /** Returns the bounding box and the number of pixels of a range of hues, in degrees from red to yellow, within an area. */
   async seen(area: Bounds, from: number, to: number): Promise<{ box: Bounds; pixels: number }> {
     const png = (await this.screenshot()).toString("base64");
     return this.page.evaluate(
@@ -145,7 +145,7 @@ export class Tab {
     }, rules);
   }
 
-  /** A PNG of the page, with all that it has drawn: the browser shows a drawing one or two frames later. */
+  /** Returns a PNG of the page with all its drawings: the browser shows a drawing one or two frames later. */
   async screenshot(): Promise<Buffer> {
     await this.page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
     return this.page.screenshot();
@@ -165,7 +165,7 @@ export async function savedFile(download: Download): Promise<string> {
   return path;
 }
 
-/** The smallest box around points or pixels. */
+/** Smallest box around points or pixels. */
 export interface Bounds {
   left: number;
   right: number;

@@ -123,7 +123,7 @@ test("a chosen robot gets a name, a place, a free base and hulls", async () => {
   expect(entity?.base).toBe(Base.FREE);
   expect([pose?.position?.x, pose?.position?.z]).toEqual([1.5, 2]);
   expect(pose?.orientation?.z).toBeCloseTo(Math.SQRT1_2, 9);
-  // Doubled with the same options, and removed and brought back.
+  // Duplicated with the same options, and removed and restored.
   await open(tab, "build-duplicate");
   await expect.poll(() => names(daemon)).toEqual(["left", "left_1"]);
   expect((await daemon.entities.getEntityInfo({ robot: "left_1" })).entity?.base).toBe(Base.FREE);
@@ -159,7 +159,7 @@ test("a package of xacro is expanded with its arguments, and its meshes are foun
     expect(await tab.page.getByTestId("load-choice").filter({ has: tab.page.locator(":checked") }).textContent()).toBe("arm.urdf.xacroxacro");
     expect(await tab.page.getByTestId("load-arg-name").getAttribute("placeholder")).toBe("arm");
     expect(await tab.violations()).toEqual([]);
-    // An argument without a default has to be given.
+    // An argument without a default is required.
     await tab.page.getByTestId("load-now").click();
     expect(await tab.page.getByTestId("load-sheet").isVisible()).toBe(true);
     await tab.page.getByTestId("load-arg-name").fill("lift");
@@ -169,7 +169,7 @@ test("a package of xacro is expanded with its arguments, and its meshes are foun
     await expect.poll(() => names(daemon)).toEqual(["lift"]);
     const { layout } = await daemon.joints.getJointLayout({ robot: "lift" });
     expect(layout?.joints.find(({ name }) => name === "slide")?.limits?.upper).toBeCloseTo(0.5, 12);
-    // The page hears of the robot after the daemon's other clients.
+    // The page learns of the robot after the daemon's other clients.
     await expect.poll(() => tab.requests.filter(({ pathname }) => pathname.startsWith("/meshes/")).length).toBe(1);
     await tab.page.waitForFunction(() => window.simd.settled());
     expect(tab.consoleMessages).toEqual([]);
@@ -244,7 +244,7 @@ test("a number of the card moves a robot when it is entered or left, not with ea
   };
   await open(tab, "build-place");
   await tab.page.getByTestId("place-card").waitFor();
-  // By way of 0, which is in the ground.
+  // Typing passes through 0, which is in the ground.
   await type("z", "0.8");
   expect([await at(), moves()]).toEqual([[0, 0, 1.5], 0]);
   await tab.page.keyboard.press("Enter");
@@ -252,9 +252,9 @@ test("a number of the card moves a robot when it is entered or left, not with ea
   await type("y", "-0.5");
   await tab.page.keyboard.press("Tab");
   await expect.poll(at).toEqual([0, -0.5, 0.8]);
-  // The browser tells of a request after the daemon has it.
+  // The browser reports a request after the daemon has received it.
   await expect.poll(moves).toBe(2);
-  // The first Escape gives the old number back, the second closes the card.
+  // The first Escape restores the old number, the second closes the card.
   await type("y", "7");
   await tab.page.keyboard.press("Escape");
   await expect.poll(() => tab.page.getByTestId("place-y").inputValue()).toBe("-0.5");
@@ -298,7 +298,7 @@ test("one question that says who else is here comes before a reset", async () =>
   const [one, other] = [await Tab.open(await use.context(), daemon.url), await Tab.open(await use.context(), daemon.url)];
   await daemon.entities.setEntityState({ robot: "crate", pose: { position: { x: 2, y: 0, z: 1 } } });
   const x = async () => (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x;
-  // This test's own client and both pages.
+  // This test's client and both pages.
   await expect.poll(() => one.page.getByTestId("clients").textContent()).toMatch(/^[3-9] connected/);
   await one.page.keyboard.press("Backspace");
   await expect.poll(() => one.page.getByTestId("ask-others").textContent()).toMatch(/viewer-[0-9a-f]{4}/);
@@ -363,7 +363,7 @@ test("saved states are made, put back, saved as a file, deleted, and taken from 
   await tab.page.getByTestId("state-file").setInputFiles(file);
   await tab.page.getByTestId("state-before").waitFor();
   expect(await x()).toBe(3);
-  // This test's own client and the page: the question comes where others are connected.
+  // This test's client and the page: the question needs another connected client.
   await tab.seesAnother(daemon);
   await tab.page.getByTestId("state-restore").click();
   await tab.page.getByTestId("ask-surely").click();

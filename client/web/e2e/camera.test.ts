@@ -44,7 +44,7 @@ test("the keyboard turns, moves and zooms the camera", async () => {
   expect(Math.hypot(moved.target[0] - start.target[0], moved.target[1] - start.target[1])).toBeCloseTo(0.05 * start.distance, 3);
   await tab.page.keyboard.press("+");
   expect((await camera(tab)).distance).toBeCloseTo(0.9 * start.distance, 3);
-  // In the panel the arrows are the sliders'.
+  // In the panel the arrow keys belong to the sliders.
   await tab.page.getByTestId("slider").first().focus();
   const before = await camera(tab);
   await tab.page.keyboard.press("ArrowRight");
@@ -76,7 +76,7 @@ test("presets look from a side, and an orthographic picture has no vanishing poi
   await tab.page.getByTestId("view-top").click();
   const top = await camera(tab);
   expect(top.away[2] / top.distance).toBeCloseTo(1, 4);
-  // A link is found under the pointer, and has its name beside it.
+  // A link under the pointer is found, and has its name beside it.
   await tab.page.keyboard.press("Escape");
   const points = await corners(resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL"));
   const pose = await daemon.linkPose("bench_arm", "arm");
@@ -118,7 +118,7 @@ test("a picture is saved at the size that is asked for", async () => {
   const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("save-picture").click()]);
   const png = await readFile(await savedFile(download));
   expect([png.readUInt32BE(16), png.readUInt32BE(20)]).toEqual([1000, 1400]);
-  // Something is in it: an empty picture of one colour packs into some thousand bytes.
+  // The picture has content: an empty one of one colour packs into some thousand bytes.
   expect(png.length).toBeGreaterThan(15_000);
   await tab.page.getByTestId("picture-sheet").waitFor({ state: "detached" });
   const canvas = await tab.page.getByTestId("viewport").evaluate((element: HTMLCanvasElement) => element.width / element.clientWidth);

@@ -1,4 +1,4 @@
-// Constraints in the page: drawn where the daemon says, with their force, and removed.
+// Constraints in the page: drawn at the daemon's positions, with their force, and removed.
 
 import { expect, test } from "vitest";
 
@@ -14,7 +14,7 @@ const use = fixtures();
 test("a rope and a weld are drawn between their anchors, say their force, and can be removed", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const box = { geometry: { case: "box", value: { size: { x: 0.2, y: 0.2, z: 0.2 } } }, mass: 2 } as const;
-  // Nothing falls until it hangs on the rope.
+  // Nothing may fall before it hangs on the rope.
   await daemon.simulation.setSimulationState({ state: SimulationState.PAUSED });
   // One below the other, so that nothing swings.
   for (const [name, z] of [["load", 1], ["tool", 0.7]] as const) {
@@ -50,7 +50,7 @@ test("a rope and a weld are drawn between their anchors, say their force, and ca
   expect(await drawn("rope")).toBeDefined();
   await tab.page.keyboard.press("l");
   await expect.poll(() => drawn("rope")).toBeUndefined();
-  // It is among what happened.
+  // The list of events contains it.
   await tab.page.getByTestId("clients").click();
   await expect.poll(() => tab.page.getByTestId("happenings").textContent()).toContain("The constraint grip was removed");
   expect(tab.consoleMessages).toEqual([]);

@@ -35,7 +35,7 @@ const identify: Interceptor = (next) => (request) => {
   return next(request);
 };
 
-/** A daemon. End it with `stop` or `kill`. */
+/** A daemon. `stop` or `kill` ends it. */
 export class Daemon {
   readonly simulation;
   readonly joints;
@@ -108,7 +108,7 @@ export class Daemon {
     await rm(this.home, { recursive: true, force: true });
   }
 
-  /** world_from_link of a link: x y z and the quaternion x y z w. */
+  /** Returns world_from_link of a link: x y z and the quaternion x y z w. */
   async linkPose(robot: string, link: string): Promise<number[]> {
     const { entity } = await this.entities.getEntityInfo({ robot });
     const index = entity?.links.findIndex((one) => one.name === link) ?? -1;
@@ -133,7 +133,7 @@ export class Daemon {
     await this.joints.setJointTargets({ robots: [{ robot, joints }] });
   }
 
-  /** The present state of a joint with one axis. */
+  /** Returns the present state of a joint with one axis. */
   async joint(robot: string, joint: string): Promise<{ position: number; velocity: number; target: number; mode: number }> {
     const selections = [{ robot, joints: [joint] }];
     const state = (await this.joints.getJointStates({ selections })).states?.robots[0];

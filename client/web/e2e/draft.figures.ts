@@ -9,7 +9,7 @@ import { demoArm } from "../src/load/demo-arm";
 import { connect, servePage, Tab } from "./browser";
 import { Daemon } from "./daemon";
 
-/** Wall milliseconds over which is counted, and before. */
+/** Wall milliseconds of a measurement, and before it. */
 const SPAN = 6000;
 const WARM = 3000;
 

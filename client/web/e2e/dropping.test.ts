@@ -27,7 +27,7 @@ afterEach(() => rm(folder, { recursive: true }));
 const names = async (): Promise<string[]> => (await daemon.entities.listEntities({})).entities.map(({ name }) => name);
 const toasts = async (): Promise<string> => (await tab.page.getByTestId("toast").allTextContents()).join("\n");
 
-/** A robot of `links` boxes on one another, each so wide along y. */
+/** Returns a robot of `links` boxes on one another, each this wide along y. */
 function urdf(name: string, links: number, wide = 0.1): string {
   const box = `<geometry><box size="0.1 ${wide} 0.1"/></geometry>`;
   const all = Array.from({ length: links }, (_, index) => `<link name="l${index}"><visual>${box}</visual><collision>${box}</collision></link>`);
@@ -35,7 +35,7 @@ function urdf(name: string, links: number, wide = 0.1): string {
   return `<robot name="${name}">${all.join("")}${joints.join("")}</robot>`;
 }
 
-/** One of a link with a mesh of another file. */
+/** Returns a robot of a link with a mesh of another file. */
 const meshed = (name: string, mesh: string): string => `<robot name="${name}"><link name="a"><visual><geometry><mesh filename="${mesh}"/></geometry></visual></link></robot>`;
 
 async function write(path: string, content: string | Uint8Array): Promise<string> {
@@ -45,7 +45,7 @@ async function write(path: string, content: string | Uint8Array): Promise<string
   return full;
 }
 
-/** Drags files of this machine into the page, and lets them go in the middle of the picture. */
+/** Drags files of this machine into the page, and drops them in the middle of the picture. */
 async function drop(...files: string[]): Promise<void> {
   const session = await tab.page.context().newCDPSession(tab.page);
   const data = { items: [], files, dragOperationsMask: 1 };
@@ -112,7 +112,7 @@ test("of many descriptions those are chosen that are wanted, and they stand side
   await tab.picture("load-choices");
   await tab.page.getByTestId("load-now").click();
   await expect.poll(async () => (await names()).sort()).toEqual(["robot_0", "robot_10", "robot_11"]);
-  // The progress ends with the last of them.
+  // The progress ends with the last one.
   await tab.page.getByTestId("loading").waitFor({ state: "detached" });
   const { links } = await daemon.contacts.getLinkBounds({});
   const reach = (robot: string) => {
@@ -123,7 +123,7 @@ test("of many descriptions those are chosen that are wanted, and they stand side
   expect(reach("robot_11").lower).toBeGreaterThan(reach("robot_10").upper);
   await tab.shows(daemon);
   await tab.picture("side-by-side");
-  // A reset puts them where they are.
+  // A reset puts them at their present positions.
   const before = reach("robot_11").lower;
   await daemon.simulation.resetSimulation({ time: true, state: true });
   const { pose } = await daemon.entities.getEntityState({ robot: "robot_11" });
@@ -145,7 +145,7 @@ test("a description of 50 MB and a mesh beyond the limit are refused before they
   await drop(resolve(folder, "far"));
   await tab.page.getByTestId("load-now").click();
   await expect.poll(toasts).toContain(`b.stl: the size of the file in bytes would be ${length}, and the limit is ${limits?.maxAssetBytes}.`);
-  // It asked which files the description names, and sent none.
+  // The page requested the names of the description's files, and sent none.
   expect(tab.requests.filter(({ pathname }) => pathname.endsWith("UploadAsset"))).toEqual([]);
   expect(await names()).toEqual([]);
 });

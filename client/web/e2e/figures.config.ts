@@ -1,4 +1,4 @@
-// Figures for this machine, printed: `npm run figures`. Not a test: nothing here can fail for being slow.
+// Figures for this machine, printed: `npm run figures`. It is not a test: slowness cannot make it fail.
 import { defineConfig } from "vitest/config";
 
 export default defineConfig({

@@ -1,4 +1,4 @@
-// Videos of the picture and of a paused world by steps: what is in their files, and that they are saved whatever happens meanwhile.
+// Videos of the picture and of a paused world by steps: the contents of their files, and that they are saved in any case.
 
 import { readFile } from "node:fs/promises";
 
@@ -12,7 +12,7 @@ import { Daemon } from "./daemon";
 import { fixtures } from "./fixtures";
 
 const use = fixtures();
-/** Videos are encoded by the processor. */
+/** The processor encodes videos. */
 const SMALL = { acceptDownloads: true, viewport: { width: 800, height: 500 } };
 
 /** A paused world with a red box of 0.4 m. */
@@ -28,7 +28,7 @@ async function open(tab: Tab, item: string): Promise<void> {
   await tab.page.getByTestId(item).click();
 }
 
-/** The bytes of a video, which begin as WebM does: with the header of EBML. */
+/** Returns the bytes of a video, which begin like WebM: with the header of EBML. */
 async function saved(download: Download): Promise<Buffer> {
   const bytes = await readFile(await savedFile(download));
   expect([...bytes.subarray(0, 4)]).toEqual([0x1a, 0x45, 0xdf, 0xa3]);
@@ -72,7 +72,7 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
     await happened("loadeddata");
     const drawing = new OffscreenCanvas(video.videoWidth, video.videoHeight).getContext("2d");
     if (drawing === null) throw new Error("no canvas");
-    // The mean column of what is red.
+    // The mean column of the red pixels.
     const redAt = async (time: number): Promise<number> => {
       const seeked = happened("seeked");
       video.currentTime = time;
@@ -129,7 +129,7 @@ test("a video of steps is saved when the daemon is lost", async () => {
   await tab.page.route("**/simd.v1.SimulationService/StepSimulation", async (route) => {
     steps += 1;
     if (steps < 10) return route.continue();
-    // Its answer never comes, and nor does anything else.
+    // The answer of this call never comes, nor does any other.
     await daemon.kill();
   });
   const ended = tab.page.waitForEvent("download");

@@ -1,4 +1,5 @@
-// The main path in Debian's Firefox: the page opens, a robot comes, its slider moves it, its joint is plotted.
+// The main path in Debian's Firefox: the page opens, a robot is loaded, its slider moves it, its joint is
+// plotted.
 
 import { afterAll, beforeAll, expect, test } from "vitest";
 
@@ -19,7 +20,7 @@ afterAll(async () => {
 /** Metres from a link's frame to the middle of the link, along z: both of these are orange. */
 const MIDDLES = { upper_arm: 0.17, forearm: 0.14 };
 
-/** Whether the picture has the colour of the arm where the daemon says that the middles of its links are. */
+/** Whether the picture has the arm's colour at the middles of its links as the daemon reports them. */
 async function isWhereItIs(daemon: Daemon, robot: string, name: string): Promise<boolean> {
   const sequence = (await daemon.joints.getJointStates({})).states?.stamp?.sequence ?? 0n;
   await firefox.until((least) => window.simd.drawn() >= BigInt(least), sequence.toString());
@@ -63,7 +64,7 @@ test("Firefox shows a robot, moves it by its slider and plots it", async () => {
   await firefox.press("p");
   await firefox.until(() => document.querySelector("[data-testid=plot] canvas") !== null);
   await firefox.evaluate(() => document.querySelector<HTMLElement>('[data-testid$="/shoulder"] [data-testid=plot-joint][aria-pressed=false]')?.click());
-  // The line has a colour; the grid and the letters have none.
+  // The line is coloured; the grid and the letters are grey.
   await firefox.until(() => {
     const canvas = document.querySelector<HTMLCanvasElement>("[data-testid=plot] canvas");
     const data = canvas?.getContext("2d")?.getImageData(0, 0, canvas.width, canvas.height).data ?? [];

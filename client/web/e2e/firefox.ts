@@ -1,5 +1,5 @@
-// Debian's Firefox, driven by Marionette: the protocol that it speaks itself, and that geckodriver translates. Commands and answers are
-// those of W3C WebDriver, as lengths and JSON over TCP.
+// Debian's Firefox, driven by Marionette: its native protocol, which geckodriver translates. Commands and answers follow W3C WebDriver,
+// as lengths and JSON over TCP.
 
 import { type ChildProcess, spawn } from "node:child_process";
 import { once } from "node:events";
@@ -14,7 +14,7 @@ import { PassThrough, type Readable } from "node:stream";
 import { PICTURES } from "./browser";
 
 const EXECUTABLES = [process.env.FIREFOX, "/usr/bin/firefox-esr", "/usr/bin/firefox"];
-/** Milliseconds that a script may take, far more than a software renderer needs. */
+/** Timeout of a script in milliseconds, far more than a software renderer needs. */
 const TIMEOUT = 120_000;
 
 /** Preferences of its profile: no first page, no updates, no reports, and WebGL also in software. */
@@ -39,7 +39,7 @@ interface Point {
   y: number;
 }
 
-/** A browser with one page. End it with `close`. */
+/** A browser with one page. `close` ends it. */
 export class Firefox {
   private constructor(
     private readonly children: readonly ChildProcess[],
@@ -101,7 +101,7 @@ export class Firefox {
     await this.marionette.command("WebDriver:ExecuteScript", { script, args: given, sandbox: null });
   }
 
-  /** The centre of the first element with this `data-testid`, on the page. */
+  /** Returns the centre of the first element with this `data-testid`, on the page. */
   async centre(testId: string): Promise<Point & { width: number }> {
     await this.until((id) => document.querySelector(`[data-testid="${id}"]`) !== null, testId);
     return this.evaluate((id) => {
@@ -117,7 +117,7 @@ export class Firefox {
     await this.pointer([moveTo(at), { type: "pointerDown", button: 0 }, { type: "pointerUp", button: 0 }]);
   }
 
-  /** Presses the button at a point, moves to another one in some steps, and lets go. */
+  /** Presses the button at a point, moves to another one in some steps, and releases it. */
   async drag(from: Point, to: Point): Promise<void> {
     const steps = Array.from({ length: 8 }, (_, index) => {
       const share = (index + 1) / 8;
@@ -126,13 +126,13 @@ export class Firefox {
     await this.pointer([moveTo(from), { type: "pointerDown", button: 0 }, ...steps, { type: "pointerUp", button: 0 }]);
   }
 
-  /** Presses a key and lets it go. */
+  /** Presses and releases a key. */
   async press(key: string): Promise<void> {
     const actions = [{ type: "key", id: "keys", actions: ["keyDown", "keyUp"].map((type) => ({ type, value: key })) }];
     await this.marionette.command("WebDriver:PerformActions", { actions });
   }
 
-  /** A PNG of the window, which is saved with the others too. */
+  /** Returns a PNG of the window, which is saved with the others too. */
   async picture(name: string): Promise<Buffer> {
     const { value } = (await this.marionette.command("WebDriver:TakeScreenshot", { full: false })) as { value: string };
     const png = Buffer.from(value, "base64");
@@ -202,7 +202,7 @@ class Marionette {
       if (colon < 0 || this.received.length < end) return;
       const message: unknown = JSON.parse(this.received.toString("utf8", colon + 1, end));
       this.received = this.received.subarray(end);
-      // The first says which protocol it is.
+      // The first message names the protocol.
       if (Array.isArray(message)) this.answered(message as [number, number, { error: string; message: string } | null, unknown]);
       else this.greeted();
     }
@@ -229,7 +229,7 @@ async function firstLine(stream: Readable, pattern: RegExp): Promise<string> {
 }
 
 async function end(children: readonly ChildProcess[], profile: string): Promise<void> {
-  // The browser before its screen.
+  // The browser ends before its screen.
   for (const child of children.toReversed()) {
     if (child.exitCode !== null || child.signalCode !== null) continue;
     const gone = once(child, "exit");

@@ -1,4 +1,4 @@
-// The page over an empty world: three things to do.
+// The page over an empty world offers three actions.
 
 import { expect, test } from "vitest";
 
@@ -26,12 +26,12 @@ test("an empty world explains itself, and gives an arm to move", async () => {
   const { report } = await daemon.entities.validateDescription({ source: { source: { case: "urdf", value: new TextEncoder().encode(demoArm()) } } });
   expect(entities.map(({ name }) => name)).toEqual(["demo_arm"]);
   expect(report?.findings.filter(({ severity }) => severity > 1).map(({ message }) => message)).toEqual([]);
-  // It holds itself, and goes where it is sent to, in sums too.
+  // It holds its pose, and moves to its targets, including sums.
   const number = tab.page.getByTestId("number").nth(1);
   await number.fill("2*(0.1 + 0.2)");
   await number.press("Enter");
   await expect.poll(async () => (await daemon.joint("demo_arm", "shoulder")).position).toBeCloseTo(0.6, 1);
-  // Its row says why it does not reach its target.
+  // Its row shows the reason why it does not reach its target.
   const badge = tab.page.getByTestId("badge").nth(1);
   await number.fill("9");
   await number.press("Enter");

@@ -14,7 +14,7 @@ export interface Fixtures {
   daemon(starting: Promise<Daemon>): Promise<Daemon>;
 }
 
-/** Sets them up for the file that calls it. */
+/** Sets fixtures up for the file that calls it. */
 export function fixtures(): Fixtures {
   let browser: Browser;
   const contexts: BrowserContext[] = [];

@@ -4,7 +4,7 @@ import { appendFileSync } from "node:fs";
 
 import type { Reporter, TestCase } from "vitest/node";
 
-/** Lists flaky tests. Each is to be mended at its cause, or deleted. */
+/** Lists flaky tests. Each must be fixed at its cause, or deleted. */
 export class Flaky implements Reporter {
   private readonly names: string[] = [];
 

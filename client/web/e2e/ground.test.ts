@@ -1,4 +1,4 @@
-// Ground: what is large and fixed does not decide the first view, and where there is none it can be added.
+// Ground: large fixed things do not decide the first view, and a world without ground offers to add it.
 
 import { expect, test } from "vitest";
 
@@ -10,7 +10,7 @@ import { fixtures } from "./fixtures";
 
 const use = fixtures();
 
-/** Ground as a description has it: 200 m wide, white, its upper side at z = 0. */
+/** Ground of a description: 200 m wide, white, its upper side at z = 0. */
 const WIDE = new TextEncoder().encode(
   `<robot name="field"><link name="field">` +
     ["visual", "collision"].map((what) => `<${what}><origin xyz="0 0 -0.01"/><geometry><box size="200 200 0.02"/></geometry>${what === "visual" ? '<material name="white"><color rgba="1 1 1 1"/></material>' : ""}</${what}>`).join("") +
@@ -29,7 +29,7 @@ test("ground of 200 m does not decide the first view", async () => {
   await daemon.entities.spawnEntity({ base: Base.FIXED, source: { source: { case: "urdf", value: WIDE } } });
   const tab = await Tab.open(await use.context(), daemon.url);
   (await where(tab)).forEach((value, index) => expect(value).toBeCloseTo(expected[index] ?? Number.NaN, 4));
-  // It is solid, so that none is offered.
+  // It is solid, so the page offers none.
   expect(await tab.page.getByTestId("add-ground").count()).toBe(0);
   await tab.picture("ground-wide");
 });

@@ -1,4 +1,4 @@
-// The commands of "How to begin" do what they say, as they are shown, with daemons of each kind.
+// The commands of "How to begin" work as shown, with daemons of each kind.
 
 import { execFile } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -19,7 +19,7 @@ const run = promisify(execFile);
 const TOKEN = `simd_${"2".repeat(64)}`;
 const SIMCTL = resolve(dirname(BINARY), "simctl");
 
-/** A folder with what the commands name: a robot, the authority and a token. */
+/** A folder with the files that the commands name: a robot, the authority and a token. */
 async function folder(): Promise<string> {
   const made = await mkdtemp(`${tmpdir()}/simd-guide-`);
   await mkdir(`${made}/path/to`, { recursive: true });
@@ -56,7 +56,7 @@ for (const { name, flags } of KINDS) {
       const answers: string[] = [];
       for (const command of commands) {
         const [, ...words] = command.split(" ");
-        // None of this machine's own settings.
+        // Without this machine's settings.
         const { stdout } = await run(SIMCTL, words, { cwd: at, env: { PATH: process.env.PATH, HOME: at, XDG_CONFIG_HOME: at } });
         answers.push(stdout);
       }
@@ -64,7 +64,7 @@ for (const { name, flags } of KINDS) {
       await page.keyboard.press("Escape");
       await page.getByTestId("help-sheet").waitFor({ state: "detached" });
       await expect.poll(() => page.getByTestId("slider").count()).toBe(5);
-      // The help stays where robots are.
+      // The help stays available once robots are loaded.
       await page.keyboard.press("?");
       await page.getByTestId("help-begin").click();
       await page.getByTestId("guide").waitFor();

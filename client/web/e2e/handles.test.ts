@@ -1,4 +1,4 @@
-// The handles in the picture are dragged: the base of a robot is turned, and a joint.
+// Handles in the picture are dragged: they turn the base of a robot, and a joint.
 
 import { expect, test } from "vitest";
 
@@ -20,7 +20,7 @@ async function look(tab: Tab, from: Vector, to: Vector): Promise<void> {
   await tab.page.waitForFunction(() => window.simd.settled());
 }
 
-/** Drags from a point of the world by so many pixels. */
+/** Drags from a point of the world by this many pixels. */
 async function drag(tab: Tab, at: Vector, [right, down]: [number, number]): Promise<void> {
   const { x, y } = await tab.project(at);
   await tab.onHandle({ x, y });
@@ -69,7 +69,7 @@ test("a joint is turned by its ring in a paused world, and no other joint is", a
   await place(tab);
   await tab.page.getByTestId("place-part").selectOption("joint shoulder");
   const [x = 0, y = 0, z = 0] = await daemon.linkPose("bench_arm", shoulder?.childLink ?? "");
-  // Against the axis, which is y: the ring is seen as a circle.
+  // The view is along the axis, which is y: the ring appears as a circle.
   const center: Vector = [x, y, z];
   await look(tab, [x + 0.3, y - 2.5, z + 0.3], center);
   const radius = ringRadius(Math.hypot(0.3, 2.5, 0.3));

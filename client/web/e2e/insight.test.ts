@@ -112,7 +112,7 @@ test("sixty long names can be distinguished: what a filter finds is seen, and th
   await tab.page.mouse.up();
   const width = async () => (await tab.page.getByTestId("panel").boundingBox())?.width ?? 0;
   expect(await width()).toBeGreaterThan(panel.width + 150);
-  // By keys too, and kept.
+  // Keys work too, and the setting is kept.
   await tab.page.getByTestId("panel-edge").focus();
   const wide = await width();
   await tab.page.keyboard.press("ArrowRight");
@@ -138,7 +138,7 @@ test("text is larger in wide windows, and as the user chooses", async () => {
   expect(overflow).toBeLessThanOrEqual(0);
   expect(await usual.violations()).toEqual([]);
   await usual.picture("text-200");
-  // Each menu is within a low window, and all of it can be reached.
+  // Each menu fits into a low window, and all of it can be reached.
   await usual.page.keyboard.press("Escape");
   const height = 560;
   await usual.page.setViewportSize({ width: 1280, height });

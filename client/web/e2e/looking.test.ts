@@ -1,4 +1,4 @@
-// Looking into a world: plots of anything, forces of contacts, ellipsoids of inertia, and what lidars have met.
+// Insight into a world: plots of any series, contact forces, ellipsoids of inertia, and points of lidars.
 
 import { expect, test } from "vitest";
 
@@ -31,7 +31,7 @@ test("the place of a base and the force on a link are plotted, kept over a reloa
   await picker.selectOption("contact/crate/link");
   await expect.poll(() => tab.page.getByTestId("series-plot").count()).toBe(2);
   await daemon.pass(2);
-  // Above its own wall of samples, where there is some time behind it.
+  // Above its wall of samples, with some time behind it.
   const plot = tab.page.getByTestId("series-plot").last();
   const box = await plot.locator(".u-over").boundingBox();
   if (box === null) throw new Error("the plot has no size");

@@ -12,7 +12,7 @@ import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
 const use = fixtures();
-/** A picture of high quality takes the processor seconds: as few pixels as its tests need. */
+/** A picture of high quality takes the processor seconds: tests use as few pixels as possible. */
 const SMALL = { viewport: { width: 640, height: 360 } };
 
 const ASSETS = resolve(REPOSITORY, "tests/assets");
@@ -23,7 +23,7 @@ const HEIGHT = 0.5;
 
 type Colour = "red" | "green" | "blue" | "yellow" | "none";
 
-/** The colours of points of the world on the page. */
+/** Returns the colours of points of the world on the page. */
 async function colours(tab: Tab, points: number[][]): Promise<Colour[]> {
   const places = await Promise.all(points.map((point) => tab.project(point)));
   const png = (await tab.screenshot()).toString("base64");
@@ -47,7 +47,7 @@ async function colours(tab: Tab, points: number[][]): Promise<Colour[]> {
   });
 }
 
-/** The quarters of the side of a box that is towards x, as one reads: upper left, upper right, lower left, lower right. */
+/** The quarters of a box's side towards x, in reading order: upper left, upper right, lower left, lower right. */
 function quarters(y: number): number[][] {
   return [QUARTER, -QUARTER].flatMap((z) => [-QUARTER, QUARTER].map((across) => [HALF, y + across, HEIGHT + z]));
 }
@@ -131,8 +131,8 @@ test("ground of MJCF has the pattern that MuJoCo makes for it, as often as its m
   await tab.page.evaluate(() => window.simd.camera.look([0, -0.01, 8], [0, 0, 0]));
   await tab.page.waitForFunction(() => window.simd.settled());
   await tab.picture("texture-repeat");
-  // Two metres over the number are four fields: fields of half a metre along x, and of one along y. The middle of a picture is at the
-  // origin, and the first colour in its upper left, as MuJoCo draws it.
+  // Two metres over the number are four fields: fields of half a metre along x, and of one along y. As in MuJoCo, the middle of a
+  // picture is at the origin, and its upper left has the first colour.
   for (let x = -1.25; x < 1.5; x += 0.5) {
     for (let y = -1.5; y < 2; y += 1) {
       const [column, row] = [Math.floor(x / 0.5), Math.floor(y / 1)];
@@ -141,7 +141,7 @@ test("ground of MJCF has the pattern that MuJoCo makes for it, as often as its m
   }
 });
 
-/** How bright points of the world are on the page, 0 to 255. */
+/** Returns the brightness of points of the world on the page, 0 to 255. */
 async function brightness(tab: Tab, points: number[][]): Promise<number[]> {
   const places = await Promise.all(points.map((point) => tab.project(point)));
   const png = (await tab.screenshot()).toString("base64");
@@ -199,7 +199,7 @@ test("a graphics context that was lost and comes back has the light of the room 
   const context = await use.context(SMALL);
   await context.addInitScript(() => localStorage.setItem("simd.view.quality", JSON.stringify("high")));
   const tab = await Tab.open(context, daemon.url);
-  // The side that is away from the sun.
+  // The side away from the sun.
   const seen = async (): Promise<number> => {
     await tab.page.evaluate(() => window.simd.camera.look([-2.2, -1, 0.8], [0, 0, 0.5]));
     await tab.page.waitForFunction(() => window.simd.settled());
@@ -214,7 +214,7 @@ test("a graphics context that was lost and comes back has the light of the room 
     const lost = happened("webglcontextlost");
     loss.loseContext();
     await lost;
-    // A context can come back once its event is over; what is said is seen with the next frame.
+    // A context can be restored once its event is over; the next frame shows the message.
     await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
     const box = canvas.getBoundingClientRect();
     const seen = document.elementFromPoint(box.left + box.width / 2, box.top + 0.44 * box.height)?.textContent;

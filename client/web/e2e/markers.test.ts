@@ -1,4 +1,4 @@
-// Markers, cameras, keys and mouse: programs draw in the page, move its camera, and see what is done in it.
+// Markers, cameras, keys and mouse: programs draw in the page, move its camera, and receive its input.
 
 import { expect, test } from "vitest";
 
@@ -10,7 +10,7 @@ import { fixtures } from "./fixtures";
 
 const use = fixtures();
 
-/** To a tenth of a millimetre, without the sign of a zero: points are single precision. */
+/** Rounds to a tenth of a millimetre, without the sign of a zero: points are single precision. */
 function rounded(points: number[][] | undefined): number[][] | undefined {
   return points?.map((point) => point.map((value) => Math.round(1e4 * value) / 1e4 || 0));
 }
@@ -36,7 +36,7 @@ test("lines, points and texts are drawn where they are, move with their link, an
   await daemon.view.setCamera({ position: { x: 0, y: -3, z: 0.8 }, target: { x: 0, y: 0, z: 0.8 } });
   await expect.poll(async () => rounded([await tab.page.evaluate(() => window.simd.camera.position())])).toEqual([[0, -3, 0.8]]);
   expect(await drawn(dot)).toEqual([[0, 0, 0.8]]);
-  // The line is as long and as wide on the page as it is said.
+  // The line has its stated length and width on the page.
   const [from, to] = [await tab.project([-0.5, 0, 1]), await tab.project([0.5, 0, 1])];
   const around = { left: from.x - 40, right: to.x + 40, top: from.y - 15, bottom: from.y + 15 };
   const red = () => tab.seen(around, 0, 30);
@@ -89,7 +89,7 @@ test("the page says where its camera is, and follows one that is set, also when 
   const daemon = await use.daemon(Daemon.demo());
   const tab = await Tab.open(await use.context(), daemon.url);
   const first = async () => (await daemon.view.getCameras({})).cameras[0];
-  // The camera has been fitted to the robot, but what is said may still be where it was before.
+  // The camera is fitted to the robot, but the reported one may still be the old one.
   const [x] = await tab.page.evaluate(() => window.simd.camera.position());
   await expect.poll(async () => (await first())?.camera?.position?.x).toBeCloseTo(x, 3);
   const begin = (await first())?.camera?.position;
@@ -147,7 +147,7 @@ test("keys and mouse go to the program that asks for them, and else to the page"
   expect(keys).toEqual([["g", "KeyG", true], ["g", "KeyG", false], ["ArrowUp", "ArrowUp", true], ["ArrowUp", "ArrowUp", false]]);
   expect(buttons).toEqual([[30, 40, true], [30, 40, false]]);
   expect(await grid()).toBe(before);
-  // Once no program asks, they are the page's again.
+  // Once no program asks, keys belong to the page again.
   await page.getByTestId("input-note").waitFor({ state: "detached" });
   await page.keyboard.press("g");
   await expect.poll(grid).not.toBe(before);

@@ -1,4 +1,4 @@
-// A binary STL's corners in the world, by the daemon's own pose: what a picture is held against.
+// Corners of a binary STL in the world, by the daemon's pose: the reference for a picture.
 
 import { readFile } from "node:fs/promises";
 
@@ -15,7 +15,7 @@ export async function corners(path: string): Promise<number[][]> {
   return points;
 }
 
-/** A point moved by a pose: x y z, then the quaternion x y z w. */
+/** Returns a point moved by a pose: x y z, then the quaternion x y z w. */
 export function moved(pose: number[], point: number[]): [number, number, number] {
   const [px = 0, py = 0, pz = 0, x = 0, y = 0, z = 0, w = 1] = pose;
   const [a = 0, b = 0, c = 0] = point;

@@ -1,4 +1,4 @@
-// How soon the first robot is seen, how many states a second a tab shows, and what tabs cost the daemon.
+// Time until the first robot is visible, states a second in a tab, and cost of tabs for the daemon.
 
 import { resolve } from "node:path";
 
@@ -9,7 +9,7 @@ import { Base } from "../src/gen/simd/v1/entity_pb";
 import { connect, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 
-/** Wall milliseconds over which is counted. */
+/** Wall milliseconds of a measurement. */
 const SPAN = 5000;
 
 let browser: Browser;
@@ -22,7 +22,7 @@ afterAll(async () => {
 
 const pause = (milliseconds: number): Promise<void> => new Promise((done) => setTimeout(done, milliseconds));
 
-/** Milliseconds by which steps were published later than the earliest by its own clock: the 50th and the 99th of a hundred. */
+/** Milliseconds by which steps were published later than the earliest by its clock: the 50th and the 99th percentile. */
 async function lateness(daemon: Daemon): Promise<string> {
   const behind: number[] = [];
   for (const end = performance.now() + SPAN; performance.now() < end; await pause(5)) {
@@ -137,7 +137,7 @@ test("a hundred robots of 3,000 links in one tab", async () => {
   const begun = performance.now();
   const tab = await Tab.open(context, daemon.url);
   console.log(`100 robots, ${links} links: on the screen after ${(performance.now() - begun).toFixed(0)} ms`);
-  // Each robot moves one joint to and fro, so that every picture is another one.
+  // Each robot moves one joint to and fro, so that every picture differs.
   const { layout } = await daemon.joints.getJointLayout({ robot: "robot_0" });
   const joint = layout?.joints.find(({ limits, mimic }) => limits !== undefined && !mimic)?.name ?? "";
   const names = Array.from({ length: 100 }, (_, index) => `robot_${index}`);
@@ -146,7 +146,7 @@ test("a hundred robots of 3,000 links in one tab", async () => {
   let velocity = 0.05;
   const swinging = setInterval(() => void swing((velocity = -velocity)), 2000);
   await pause(2000);
-  // Minutes after which the memory is looked at again: 10 for a figure of a release.
+  // Minutes until the memory is measured again: 10 for a figure of a release.
   const minutes = Number(process.env.FIGURES_MINUTES ?? "1");
   console.log(`moving: ${await measured(tab, 4 * SPAN)}`);
   await pause(minutes * 60_000);

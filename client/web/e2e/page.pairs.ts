@@ -25,7 +25,7 @@ interface Pair {
 }
 
 const { width, height, pairs } = JSON.parse(await readFile(resolve(FOLDER, "pairs.json"), "utf8")) as { width: number; height: number; pairs: Pair[] };
-/** CSS pixels of the bar above the view, and of what is below it. */
+/** CSS pixels of the bar above the view, and of the panels below it. */
 const AROUND = 120;
 const wanted = process.env.PAIR;
 
@@ -35,7 +35,7 @@ for (const pair of pairs.filter(({ name }) => wanted === undefined || wanted ===
     const source = { source: { case: "path", value: pair.path } } as const;
     const { entity } = await daemon.entities.spawnEntity({ source, base: pair.path.endsWith(".urdf") ? Base.FIXED : Base.UNSPECIFIED, jointPositions: pair.joints });
     expect(entity?.name).toBeTruthy();
-    // The daemon allows no style of others: the one that hides what is over the picture is of this test.
+    // The daemon's policy allows no foreign style: the style that hides the overlays belongs to this test.
     const context = await use.context({ viewport: { width, height: height + AROUND }, colorScheme: "light", bypassCSP: true });
     await context.addInitScript(() => {
       const set = (name: string, value: unknown): void => localStorage.setItem(`simd.view.${name}`, JSON.stringify(value));

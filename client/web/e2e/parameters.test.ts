@@ -29,7 +29,7 @@ test("a number that is being typed stays as it is while another parameter change
   await tab.page.keyboard.type("75");
   await tab.page.keyboard.press("Enter");
   await expect.poll(speed).toBe(0.75);
-  // Escape gives the old one back, and so does what cannot be read, which is said.
+  // Escape restores the old one. So does unreadable text, with a message.
   await tab.page.keyboard.press("Control+a");
   await tab.page.keyboard.type("0.1");
   await tab.page.keyboard.press("Escape");

@@ -22,7 +22,7 @@ test("a dragged link follows the pointer until the button is released", async ()
   const pose = await daemon.linkPose("bench_arm", "arm");
   const points = await corners(resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL"));
   const far = points.reduce((best, point) => ((point[0] ?? 0) > (best[0] ?? 0) ? point : best));
-  // A little inside of the arm's end, where the pointer surely meets it.
+  // Slightly inside of the arm's end, where the pointer surely meets it.
   const { x, y } = await tab.project(moved(pose, [0.85 * (far[0] ?? 0), far[1] ?? 0, 0]));
   const start = (await daemon.joint("bench_arm", "shoulder")).position;
   await tab.page.mouse.move(x, y);
@@ -47,7 +47,7 @@ test("a page that draws three pictures a second pulls a link as well", async () 
   const points = await corners(resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL"));
   const far = points.reduce((best, point) => ((point[0] ?? 0) > (best[0] ?? 0) ? point : best));
   const { x, y } = await tab.project(moved(pose, [0.85 * (far[0] ?? 0), far[1] ?? 0, 0]));
-  // Whatever wants a picture gets it a third of a second later.
+  // Each animation frame comes a third of a second after its request.
   await tab.page.evaluate(() => {
     window.requestAnimationFrame = (draw) => window.setTimeout(() => draw(performance.now()), 330);
   });
@@ -57,7 +57,7 @@ test("a page that draws three pictures a second pulls a link as well", async () 
   await tab.page.mouse.down();
   await tab.page.mouse.move(x, y - 120, { steps: 6 });
   await expect.poll(async () => Math.abs((await angle()) - start)).toBeGreaterThan(0.05);
-  // It comes to rest at the pointer rather than swing about it.
+  // It comes to rest at the pointer and does not swing about it.
   await daemon.pass(3);
   const near = await angle();
   await daemon.pass(0.5);

@@ -1,4 +1,4 @@
-// A page over a world in which nothing moves has nothing to do.
+// A page over a world without motion is idle.
 
 import type { CDPSession } from "playwright-core";
 import { expect, test } from "vitest";
@@ -9,7 +9,10 @@ import { fixtures } from "./fixtures";
 
 const use = fixtures();
 
-/** Since the page was loaded, and since the session measures; `busy` is seconds that its main thread computed, `at` seconds of the clock. */
+/**
+ * Counts since the page was loaded, and since the session measures; `busy` is seconds that its main thread computed, `at` seconds of the
+ * clock.
+ */
 async function counts(tab: Tab, session: CDPSession): Promise<{ pictures: number; frames: number; busy: number; at: number }> {
   const { metrics } = await session.send("Performance.getMetrics");
   const metric = (name: string): number => metrics.find((one) => one.name === name)?.value ?? Number.NaN;
@@ -22,7 +25,7 @@ test("a world that plays and in which nothing moves is not drawn again, and aske
   const tab = await Tab.open(await use.context(), daemon.url);
   const session = await tab.page.context().newCDPSession(tab.page);
   await session.send("Performance.enable");
-  // Until the arm hangs still in its actuators.
+  // Waits until the arm hangs still in its actuators.
   const rests = async (): Promise<boolean> => {
     const { pictures } = await counts(tab, session);
     await daemon.pass(1);

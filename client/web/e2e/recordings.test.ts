@@ -1,4 +1,4 @@
-// Recordings in the page: made, listed, played beside the world, and read by Foxglove's own packages.
+// Recordings in the page: made, listed, played beside the world, and read by Foxglove's packages.
 
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -35,7 +35,7 @@ beforeEach(async () => {
 
 afterEach(() => rm(folder, { recursive: true, force: true }));
 
-/** Goes so many states of 10 ms, from the next step on, and returns what the daemon had at each. */
+/** Runs this many states of 10 ms, from the next step on, and returns the daemon's state at each. */
 async function run(states: number): Promise<Seen[]> {
   const seen: Seen[] = [];
   for (let state = 0; state < states; state += 1) {
@@ -47,7 +47,7 @@ async function run(states: number): Promise<Seen[]> {
   return seen;
 }
 
-/** Records an arm that moves, by the page's button; the world is paused before and after. */
+/** Records a moving arm by the page's button; the world is paused before and after. */
 async function record(tab: Tab, states: number): Promise<Seen[]> {
   await daemon.simulation.setSimulationState({ state: SimulationState.PAUSED });
   await tab.page.getByTestId("record").click();
@@ -89,7 +89,7 @@ async function shown(tab: Tab, number: number): Promise<{ simTime: number; posit
   });
 }
 
-/** The state that the daemon had at a simulated time. */
+/** Returns the daemon's state at a simulated time. */
 function at(seen: readonly Seen[], simTime: number): Seen {
   const found = seen.find((each) => Math.abs(each.simTime - simTime) < 1e-6);
   if (!found) throw new Error(`there was no state at ${simTime} s`);
@@ -104,7 +104,7 @@ function close(pose: readonly number[], other: readonly number[]): void {
 test("what was recorded is played at once as a ghost, with the joints that the daemon had", async () => {
   const tab = await Tab.open(await use.context(), daemon.url);
   const seen = await record(tab, 30);
-  // The world goes elsewhere: the ghost does not follow it.
+  // The world moves elsewhere: the ghost does not follow it.
   await daemon.aim("bench_arm", { shoulder: -0.5 });
   await daemon.simulation.stepSimulation({ steps: 300n });
   await play(tab);
@@ -224,7 +224,7 @@ test("a file is played from this machine; what is no recording is refused with a
   await expect.poll(() => tab.page.getByTestId("playback-note").textContent()).toContain("not completed");
   const state = await shown(tab, 0);
   expect(state.position).toBe(at(seen, state.simTime).position);
-  // The robot that was recorded is not in the world any more: its description draws it.
+  // The recorded robot is no longer in the world: it is drawn from its description.
   await daemon.entities.deleteEntity({ robot: "bench_arm" });
   await tab.page.waitForFunction(() => window.simd.frame()?.joints.size === 0);
   close((await shown(tab, 0)).pose, at(seen, state.simTime).pose);
@@ -275,7 +275,7 @@ test("Foxglove's packages read the states that the daemon had", async () => {
     const root = transforms.find(({ header }) => header.frame_id === "world");
     const arm = transforms.find(({ child_frame_id }) => child_frame_id === "bench_arm/arm");
     if (!root || !arm) throw new Error("a transform is missing");
-    // The demo's base is at the origin, so that the arm in its base is the arm in the world.
+    // The demo's base is at the origin, so the arm's pose in its base is its pose in the world.
     expect(arm.header.frame_id).toBe(root.child_frame_id);
     expect(root.transform.translation).toEqual({ x: 0, y: 0, z: 0 });
     const { translation, rotation } = arm.transform;

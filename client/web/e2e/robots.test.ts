@@ -1,4 +1,4 @@
-// Robots that others made, many joints, and the page of tables: what people look at, kept as pictures.
+// Third-party robots, many joints, and the page of tables, kept as pictures for people.
 
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
@@ -172,7 +172,7 @@ test("a robot of thirty joints can be used: filtered, and moved by its slider", 
   await tab.picture("humanoid");
 });
 
-/** The files that stand in for the viewer where the binary has none, beside the daemon's own numbers. */
+/** The page that replaces the viewer in a binary without it, compared with the daemon's numbers. */
 async function fallback(): Promise<{ url: string; close: () => void }> {
   const folder = resolve(REPOSITORY, "server/src/http/fallback");
   const types: Record<string, string> = { "/": "text/html", "/style.css": "text/css", "/page.js": "text/javascript" };
@@ -199,7 +199,7 @@ async function fallback(): Promise<{ url: string; close: () => void }> {
 test("the page that stands in for the viewer shows the joints and says how to get the rest", async () => {
   daemon = await use.daemon(Daemon.demo());
   const tables = await fallback();
-  // Whatever page is shown otherwise.
+  // Applies even if the context serves the page from a folder.
   await context.unrouteAll();
   try {
     const page = await context.newPage();

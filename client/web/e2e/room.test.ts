@@ -1,4 +1,4 @@
-// Pages with little room: a phone that lies, and large text.
+// Pages with little room: a phone on its side, and large text.
 
 import type { BrowserContextOptions } from "playwright-core";
 import { expect, test } from "vitest";
@@ -42,14 +42,14 @@ test("a phone that lies, and text of 200 %, show joints, a bar of one row, and m
     await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(5);
     expect(await tab.page.title()).toBe(`${NAME} · simd`);
     expect((await seen(tab, "[data-testid=slider]")).seen, "sliders that are seen").toBeGreaterThanOrEqual(2);
-    // One row, and nothing of it outside.
+    // One row, without anything outside.
     const bar = await tab.page.locator(".top-bar").evaluate((element) => {
       const middles = [...element.children].map((child) => child.getBoundingClientRect()).filter(({ width }) => width > 0).map(({ top, height }) => top + height / 2);
       return { spread: Math.max(...middles) - Math.min(...middles), over: element.scrollWidth - element.clientWidth, height: element.clientHeight };
     });
     expect(bar.spread).toBeLessThan(0.3 * bar.height);
     expect(bar.over).toBeLessThanOrEqual(0);
-    // The end of a long name is seen.
+    // The end of a long name is visible.
     expect(await tab.page.locator(".robot-name .end").textContent()).toBe("is-wide-left");
     const number = tab.page.getByTestId("number").first();
     await number.fill("2 foo");

@@ -1,4 +1,4 @@
-// A daemon that asks for tokens, over TLS with a private authority.
+// A daemon that requires tokens, over TLS with a private authority.
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -42,7 +42,7 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   await card.getByRole("button").click();
   await card.waitFor({ state: "detached" });
   await page.waitForFunction(() => window.simd?.frame()?.joints.has("bench_arm") === true);
-  // A viewer may look only: also at recordings, but it makes none.
+  // A viewer may only look: it sees recordings, but makes none.
   expect(await page.getByTestId("record").isDisabled()).toBe(true);
   expect(await page.getByTestId("record").getAttribute("title")).toContain("viewer");
   expect(await page.getByTestId("recordings").isEnabled()).toBe(true);
@@ -60,7 +60,7 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   expect(await page.evaluate(() => document.cookie)).toBe("");
   const [cookie] = await context.cookies();
   expect(cookie).toMatchObject({ name: "simd_token", httpOnly: true, secure: true, sameSite: "Strict", expires: -1 });
-  // Another tab of the browser has it too, and another browser does not.
+  // Another tab of the browser has the token too, and another browser does not.
   await Tab.open(context, daemon.url);
   const other = await (await use.context({ ignoreHTTPSErrors: true })).newPage();
   await other.goto(daemon.url);

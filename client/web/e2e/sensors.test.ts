@@ -1,4 +1,4 @@
-// Sensors in the page: those of the robot in the panel, with their newest reading.
+// Sensors in the page: the panel's robot, with their newest reading.
 
 import { expect, test } from "vitest";
 

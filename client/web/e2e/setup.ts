@@ -14,7 +14,7 @@ export const DOWNLOADS = resolve(REPOSITORY, "target/downloads");
 
 declare module "vitest" {
   interface ProvidedContext {
-    /** Where the browser of the run is reached. */
+    /** Address of the run's browser. */
     browser: string;
   }
 }
@@ -32,7 +32,8 @@ async function launch(address: { port?: number; wsPath?: string } = {}): Promise
     "--no-sandbox",
     "--enable-unsafe-swiftshader",
     "--use-angle=swiftshader",
-    // The processor draws the page around the picture faster than SwiftShader, which takes four times as long for an empty world.
+    // The processor draws the page around the picture faster than SwiftShader, which takes four times as long for an empty
+    // world.
     "--disable-gpu-compositing",
     "--disable-background-networking",
     "--disable-component-update",
@@ -48,7 +49,7 @@ export default async function setup(project: TestProject): Promise<() => Promise
   let isOver = false;
   let browser = await launch();
   const { port, pathname } = new URL(browser.wsEndpoint());
-  // A browser that ends fails the tests that use it, and not those after them.
+  // A browser that ends fails only the tests that use it, and not later ones.
   const startAgain = async (): Promise<void> => {
     if (isOver) return;
     console.error("the browser of the tests ended; another one is started");

@@ -1,4 +1,4 @@
-// Several tabs, a daemon that is restarted, and the requests of the page.
+// Several tabs, a restarted daemon, and the requests of the page.
 
 import { once } from "node:events";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
@@ -81,7 +81,7 @@ test("a robot and the world are claimed by a button: other pages say by whom, an
   }
   expect(await other.violations()).toEqual([]);
   await other.picture("claimed-by-another");
-  // The client with the claim moves it, also after a reload.
+  // The client with the claim moves it, even after a reload.
   await own.page.reload();
   await own.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
   const number = own.page.getByTestId("number").first();
@@ -115,7 +115,7 @@ test("a page asks no other host anything, and its policy says so", async () => {
   expect(policy).toContain("default-src 'self'");
   expect(policy).not.toContain("unsafe");
   expect(policy).not.toMatch(/https?:|\*/);
-  // Violations of the policy would be in the console.
+  // The console would show violations of the policy.
   expect(tab.consoleMessages).toEqual([]);
 });
 
@@ -134,7 +134,7 @@ test("a site that the operator named has the page in a frame, and another has no
     const page = await (await use.context()).newPage();
     await page.goto(`http://127.0.0.1:${port}/notebook`);
     await page.frameLocator("iframe").getByTestId("slider").first().waitFor();
-    // By another name it is another site.
+    // Under another name it is another site.
     await page.goto(`http://localhost:${port}/notebook`);
     await expect.poll(() => page.frames().at(-1)?.url()).toMatch(/^chrome-error:/);
   } finally {

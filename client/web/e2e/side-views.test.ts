@@ -1,4 +1,4 @@
-// Several views at once: small ones from the sides show the same robots, from where they say.
+// Several views at once: small side views show the same robots, each from its side.
 
 import { expect, test } from "vitest";
 
@@ -13,7 +13,8 @@ const use = fixtures();
 test("views from the front, the left and above show where things are, and lead the camera there", async () => {
   const daemon = await use.daemon(Daemon.start(["--gravity", "0,0,0"]));
   await daemon.simulation.setSimulationState({ state: SimulationState.PAUSED });
-  // Red, to the robot's left of the middle (towards y) and below it; the other, of no colour, makes the middle the origin.
+  // The red robot is to the robot's left of the middle (towards y) and below it; the grey one makes the middle the
+  // origin.
   for (const [name, y, z, color] of [["red", 0.6, -0.4, { red: 1, green: 0, blue: 0, alpha: 1 }], ["grey", -0.6, 0.4, { red: 0.5, green: 0.5, blue: 0.5, alpha: 1 }]] as const) {
     const primitive = { geometry: { case: "box", value: { size: { x: 0.3, y: 0.3, z: 0.3 } } }, mass: 1, color } as const;
     await daemon.entities.spawnEntity({ name, base: Base.FIXED, pose: { position: { x: 0, y, z } }, source: { source: { case: "primitive", value: primitive } } });
@@ -22,7 +23,7 @@ test("views from the front, the left and above show where things are, and lead t
   await tab.page.keyboard.press("w");
   await tab.page.getByTestId("side-top").waitFor();
   await tab.page.waitForFunction(() => window.simd.settled());
-  /** Where the middle of what is red is within a view, from -1 to 1, to the right and up. */
+  /** Returns the middle of the red pixels within a view, from -1 to 1, to the right and up. */
   const red = async (side: string): Promise<[number, number]> => {
     const frame = await tab.page.getByTestId(`side-${side}`).boundingBox();
     if (frame === null) throw new Error("the view has no size");
@@ -48,7 +49,7 @@ test("views from the front, the left and above show where things are, and lead t
     const [at = [], to = []] = await camera();
     return Math.hypot((at[0] ?? 0) - (to[0] ?? 0), (at[1] ?? 0) - (to[1] ?? 0));
   }).toBeLessThan(0.01);
-  // They are kept over a reload of the tab, and go by the same key.
+  // They are kept over a reload of the tab, and the same key hides them.
   await tab.page.reload();
   await tab.page.getByTestId("side-front").waitFor();
   await tab.page.waitForFunction(() => window.simd?.settled());

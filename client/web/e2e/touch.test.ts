@@ -1,4 +1,4 @@
-// Everything by touch: no pointer hovers, and there is no right button.
+// Operation by touch alone: without hover, and without a right button.
 
 import { resolve } from "node:path";
 
@@ -18,7 +18,7 @@ interface Point {
   y: number;
 }
 
-/** Fingers that go from where they are put down to where they are lifted. */
+/** Moves fingers from their starts to their ends. */
 async function drag(session: CDPSession, fingers: readonly (readonly [Point, Point])[], lift = true): Promise<void> {
   const at = (share: number) => fingers.map(([from, to], id) => ({ id, x: from.x + share * (to.x - from.x), y: from.y + share * (to.y - from.y) }));
   await session.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: at(0) });
@@ -51,7 +51,7 @@ test("fingers orbit, zoom, select, pull, slide and build", async () => {
   await expect.poll(async () => distance(await camera())).toBeLessThan(0.9 * far);
   await tab.page.getByTestId("fit").tap();
   await still();
-  // A link of the arm is pulled and let go.
+  // A link of the arm is pulled and released.
   await daemon.joints.setJointTargets({ robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "passive", value: {} } }] }] });
   const points = await corners(resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL"));
   const end = points.reduce((best, point) => ((point[0] ?? 0) > (best[0] ?? 0) ? point : best));

@@ -1,4 +1,4 @@
-// A page that cannot draw says so where it is seen, and all else works.
+// A page that cannot draw shows the reason in the picture, and everything else works.
 
 import type { Page } from "playwright-core";
 import { expect, test } from "vitest";
