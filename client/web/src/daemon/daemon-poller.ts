@@ -190,7 +190,7 @@ function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; 
       case "constraintDeleted":
         constraints = true;
         break;
-      // Cameras of descriptions come and go with their robots.
+      // Sensors of descriptions come and go with their robots.
       case "sensorCreated":
       case "sensorDeleted":
       case "entitySpawned":

@@ -9,7 +9,7 @@ const GAP = 0.2;
 /** Extent from which an object counts as ground, because a robot cannot be placed beside it: metres along x and along y. */
 const WIDE = 10;
 
-/** Returns the extent of a robot along y, metres. */
+/** Extent of a robot along y, metres. */
 export interface Reach {
   lower: number;
   upper: number;

@@ -1,4 +1,4 @@
-// Offers ground where there is nothing that robots could stand on.
+// Offers ground if robots have nothing to stand on.
 import { useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { addGround } from "../daemon/actions";
@@ -7,7 +7,7 @@ import { whyNotAll } from "../state/permission";
 import { connection } from "../state/world";
 import { Icon } from "./icons";
 
-/** A button among the toggles; it says why where robots can fall. */
+/** A button among the toggles; it states the reason if robots can fall. */
 export function AddGround(): JSX.Element | null {
   const isNeeded = useComputed(() => !hasGround.value && scenes.value.size > 0 && connection.value.state === "live").value;
   const canFall = useComputed(() => [...scenes.value.values()].some(({ links }) => links[0]?.movable === true)).value;

@@ -59,7 +59,7 @@ export function App(): JSX.Element {
   const state = useComputed(() => connection.value.state).value;
   const needsToken = useComputed(() => connection.value.needsToken === true).value;
   const empty = useComputed(() => connection.value.state === "live" && robots.value.length === 0 && frame.value !== null && loading.value === null && playback.value === null).value;
-  /** The panel would be empty. */
+  /** Without robots the panel would be empty. */
   const bare = useComputed(() => robots.value.length === 0 && parameters.value.length === 0).value;
   return (
     <div class="app" data-connection={state}>
@@ -109,7 +109,7 @@ function Recorded(): JSX.Element {
   );
 }
 
-/** A phone has no room for both plots and panel: the one that was opened last stays open. */
+/** A phone has no room for both plots and panel: the one opened last stays open. */
 function keepOneOpenOnPhones(): () => void {
   let before = { plots: plotsOpen.peek(), panel: panelOpen.peek() };
   return effect(() => {

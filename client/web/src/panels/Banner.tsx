@@ -1,4 +1,4 @@
-// Shown while the daemon is lost: why, and when the next attempt is.
+// Banner while the daemon is lost: the reason, and the time of the next attempt.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";

@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { followPicture } from "../daemon/pictures";
 import { keepPicture } from "../state/pictures";
 
-/** The camera's picture, or why there is none. */
+/** The camera's picture, or the reason for its absence. */
 export function CameraPicture({ robot, sensor }: { robot: string; sensor: string }): JSX.Element {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [said, setSaid] = useState("no picture yet");

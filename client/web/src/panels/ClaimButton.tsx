@@ -8,9 +8,9 @@ import { Icon } from "./icons";
 interface Properties {
   /** The robot's name, or `WORLD`. */
   what: string;
-  /** The client that has claimed it; empty if none has. */
+  /** The client that has claimed it; empty without one. */
   holder: string;
-  /** Why it cannot be claimed; empty if it can. */
+  /** Reason why it cannot be claimed; empty if it can. */
   whyNot: string;
 }
 

@@ -53,7 +53,7 @@ async function logOut(): Promise<void> {
   try {
     const answer = await fetch("login", { method: "DELETE" });
     if (!answer.ok) throw new Error((await answer.text()).trim());
-    // Nothing of what the token allowed to see stays.
+    // Data that the token allowed to see is removed.
     location.reload();
   } catch (error) {
     toast("error", messageOf(error));

@@ -8,12 +8,12 @@ import { whyNotChange } from "../state/permission";
 import { meaning, offBy, reading, undrawn } from "./constraint-words";
 import { Icon } from "./icons";
 
-/** Rows before more are asked for. */
+/** Number of rows until the user asks for more. */
 const PAGE = 50;
-/** Metres, radians: less than this is what the solver leaves. */
+/** Metres, radians: smaller values are the solver's residual. */
 const NOTABLE_ERROR = 1e-3;
 
-/** All constraints of the world; nothing where there are none. */
+/** All constraints of the world; nothing without any. */
 export function Constraints(): JSX.Element | null {
   const [shown, setShown] = useState(PAGE);
   const all = constraints.value;

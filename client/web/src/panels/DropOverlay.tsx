@@ -8,7 +8,7 @@ import { takeFiles } from "./take-files";
 
 const dragging = signal(false);
 
-/** Everything that the page takes. */
+/** Takes everything that the page accepts. */
 const FORMATS = "A folder, a zip or a file: URDF, xacro, SDF or MJCF with meshes (STL, DAE, OBJ, glTF); or a recording (MCAP)";
 
 /** Rendered only while files are dragged over the page. */

@@ -1,4 +1,4 @@
-// How a robot comes into the world and is moved, with commands that reach this daemon.
+// Guide to loading and moving a robot, with commands that reach this daemon.
 import type { JSX } from "preact";
 import { role } from "../state/world";
 import { here, loadCommand, pythonProgram, simctl } from "./commands";

@@ -1,4 +1,4 @@
-// Says that keys of the page go to a program.
+// Note that keys of the page go to a program.
 import type { JSX } from "preact";
 import { inputFor } from "../state/input";
 

@@ -21,7 +21,7 @@ const MODES: readonly [Mode, string][] = [
   ["hold", "hold"],
 ];
 
-/** A row; `label` is the rest of its name under a heading, and `filter` what was looked for, if anything was. */
+/** A row; `label` is the rest of its name under a heading, and `filter` the filter's text, if any. */
 export function JointRow({ axis, label, filter }: { axis: Axis; label: string; filter: string }): JSX.Element {
   const row = useRef<HTMLDivElement>(null);
   const fill = useRef<HTMLDivElement>(null);
@@ -34,7 +34,7 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
   const mode = useRef<HTMLSelectElement>(null);
   const control = useRef<AxisControl | null>(null);
 
-  // Before it is painted: until it has a state its slider is hidden, and Tab passes it by.
+  // Runs before the row is painted: until it has a state its slider is hidden, and Tab skips it.
   useLayoutEffect(() => {
     if (!row.current || !fill.current || !tick.current || !zero.current || !readout.current || !badge.current) return undefined;
     const made = new AxisControl(axis, {
@@ -120,7 +120,7 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
   );
 }
 
-/** The name, shortened in its middle; where a filter found it, all of it, with what was found marked. */
+/** The name, shortened in its middle. A name that a filter found is shown in full, with the match marked. */
 function JointName({ axis, label, filter }: { axis: Axis; label: string; filter: string }): JSX.Element {
   const [isWhole, setWhole] = useState(false);
   if (filter.trim() !== "") {
@@ -226,7 +226,7 @@ function TargetNumber({ axis, input, control }: Part): JSX.Element {
   );
 }
 
-/** The client that set the last target of the joint, or the one that has claimed it. */
+/** The client that set the last target of the joint, or the client that has claimed it. */
 function Source({ axis }: { axis: Axis }): JSX.Element | null {
   const source = useComputed(() => {
     const name = targetSources.value.get(`${axis.robot}/${axis.joint}`) ?? "";

@@ -1,4 +1,4 @@
-// Asks for a token, where the daemon asks for one. The browser keeps it in a cookie that this page cannot read.
+// Asks for a token if the daemon requires one. The browser keeps it in a cookie that this page cannot read.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
@@ -6,7 +6,7 @@ import { messageOf } from "../daemon/error-message";
 import { retryNow } from "../daemon/page";
 import { Icon } from "./icons";
 
-/** Why the last token was not taken. */
+/** Reason why the last token was refused. */
 const refusal = signal("");
 
 /** A card in the middle of the view. */

@@ -1,4 +1,4 @@
-// A name that is shortened in its middle where there is no room: names of one kind often differ at their ends.
+// A name that is shortened in its middle if space is short: names of one kind often differ at their ends.
 import type { JSX } from "preact";
 
 /** Characters at the end that are always shown. */
@@ -6,7 +6,10 @@ const END = 12;
 
 const letters = new Intl.Segmenter(undefined, { granularity: "grapheme" });
 
-/** A name in two parts, of which the first may be shortened, cut between what readers take for letters. Short names have no second part. */
+/**
+ * Splits a name into two parts, of which the first may be shortened. The cut is between letters as readers see them. Short names have no
+ * second part.
+ */
 export function splitName(name: string): [string, string] {
   // Only the ends of a name are read, even if it has megabytes.
   if (name.length < 2 * END) return [name, ""];
@@ -15,7 +18,7 @@ export function splitName(name: string): [string, string] {
   return end.length === name.length ? [name, ""] : [name.slice(0, -end.length), end];
 }
 
-/** The name, in the direction of its script; all of it is the tooltip. */
+/** The name, in the direction of its script; the tooltip has it in full. */
 export function Name({ name, title = name }: { name: string; title?: string }): JSX.Element {
   const [start, end] = splitName(name);
   return (

@@ -33,7 +33,7 @@ interface OpenerProperties extends Properties {
 
 function Opener({ children, class: className, testId, inputId, label, title, isFolder = false }: OpenerProperties): JSX.Element {
   const input = useRef<HTMLInputElement>(null);
-  // A file may be a recording, which all may play.
+  // A file may be a recording, which every client may play.
   const whyNot = isFolder ? whyNotAll.value : "";
   return (
     <>

@@ -1,4 +1,4 @@
-// The edge of the side panel, which is dragged to make it wider: long names have room then.
+// The edge of the side panel, which the user drags to widen it: long names need the room.
 import type { JSX } from "preact";
 import { panelWidth } from "../state/view";
 
@@ -13,12 +13,12 @@ function rem(): number {
 }
 
 function set(width: number): void {
-  // As in the style sheet.
+  // The style sheet's value.
   const most = Math.max(NARROWEST, Math.min(WIDEST, (0.6 * innerWidth) / rem()));
   panelWidth.value = Math.round(10 * Math.min(most, Math.max(NARROWEST, width))) / 10;
 }
 
-/** A separator that takes the pointer and the arrow keys; a double click puts the default back. */
+/** A separator that takes the pointer and the arrow keys; a double click restores the default. */
 export function PanelEdge(): JSX.Element {
   const width = panelWidth.value ?? DEFAULT;
   return (

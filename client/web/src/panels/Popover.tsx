@@ -22,7 +22,7 @@ export function Popover({ face, title, label, class: className, testId, disabled
   const button = useRef<HTMLButtonElement>(null);
   const sheet = useRef<HTMLDivElement>(null);
   const [open, setOpen] = useState(false);
-  /** Below the button, or above it where there is no room, and within the window. */
+  /** Places it below the button, or above if space is short, and within the window. */
   const position = (): void => {
     if (!button.current || !sheet.current) return;
     const under = button.current.getBoundingClientRect();

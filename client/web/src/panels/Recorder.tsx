@@ -1,4 +1,4 @@
-// Starts and stops a recording, and opens the list of those there are.
+// Starts and stops a recording, and opens the list of recordings.
 import { useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { startRecording, stopRecording } from "../daemon/recordings";
@@ -8,7 +8,7 @@ import { connection } from "../state/world";
 import { bytesText, durationText } from "./amounts";
 import { Icon } from "./icons";
 
-/** Two buttons; the first shows how long and how large the recording is. */
+/** Two buttons; the first shows the duration and the size of the recording. */
 export function Recorder(): JSX.Element {
   const away = useComputed(() => connection.value.state !== "live").value;
   const active = beingMade.value;

@@ -1,4 +1,4 @@
-// The list of the daemon's recordings: each can be played, saved and deleted, and says what is in it.
+// List of the daemon's recordings: each can be played, saved and deleted, and shows its contents.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
@@ -11,9 +11,9 @@ import { bytesText, durationText } from "./amounts";
 import { Icon } from "./icons";
 import { Sheet } from "./Sheet";
 
-/** Recordings that are listed before more are asked for. */
+/** Number of recordings until the user asks for more. */
 const PAGE = 50;
-/** Why the list cannot be had. */
+/** Reason why the list cannot be fetched. */
 const problem = signal("");
 
 /** Rendered only while it is open. */
@@ -63,7 +63,7 @@ function Content(): JSX.Element {
   );
 }
 
-/** Begins one with a name, and opens a file of this machine. */
+/** Begins a recording with a name, and opens a file of this machine. */
 function NewRecording(): JSX.Element {
   const name = useRef<HTMLInputElement>(null);
   const file = useRef<HTMLInputElement>(null);

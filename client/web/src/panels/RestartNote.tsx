@@ -1,11 +1,11 @@
-// Says that the daemon was restarted, and offers the last robots of this page again.
+// Note that the daemon was restarted, with an offer to load this page's last robots again.
 import type { JSX } from "preact";
 import { loadAgain } from "../daemon/again";
 import { whyNotAll } from "../state/permission";
 import { restarted } from "../state/restart";
 import { Icon } from "./icons";
 
-/** Rendered only while there is something to offer. */
+/** Rendered only while it has robots to offer. */
 export function RestartNote(): JSX.Element | null {
   if (!restarted.value) return null;
   const { at, robots } = restarted.value;

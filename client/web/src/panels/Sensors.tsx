@@ -9,7 +9,7 @@ import { words } from "./sensor-words";
 // Most robots have no camera.
 const CameraPicture = lazy(async () => (await import("./CameraPicture")).CameraPicture, "The picture");
 
-/** The sensors of a robot; nothing where it has none. */
+/** The sensors of a robot; nothing without any. */
 export function Sensors({ robot }: { robot: string }): JSX.Element | null {
   useEffect(() => {
     sensorsShownOf.value = robot;

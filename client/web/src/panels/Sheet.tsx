@@ -13,7 +13,8 @@ interface Properties {
 /** Open as long as it is rendered. */
 export function Sheet({ title, testId, onClose, children }: Properties): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null);
-  // Before it is painted: it takes the focus, which a quick user may already have put into one of its fields.
+  // Runs before it is painted: it takes the focus, which a quick user may already have moved into one of its
+  // fields.
   useLayoutEffect(() => {
     dialog.current?.showModal();
   }, []);
@@ -36,7 +37,7 @@ export function Sheet({ title, testId, onClose, children }: Properties): JSX.Ele
             <Icon name="close" />
           </button>
         </header>
-        {/* It scrolls by keys too, where nothing in it has the focus. */}
+        {/* It scrolls by keys too, even if nothing in it has the focus. */}
         <div class="sheet-body" tabIndex={0}>
           {children}
         </div>

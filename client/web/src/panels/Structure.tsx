@@ -1,4 +1,5 @@
-// The links of a robot as a tree, with the joint of each: masses, inertias, axes, limits, and what the load report says.
+// The links of a robot as a tree, with the joint of each: masses, inertias, axes, limits, and findings of the load
+// report.
 import { signal, useComputed, useSignalEffect } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
@@ -14,7 +15,7 @@ import { depthsOf, findingsOf, isTurning } from "./tree";
 
 const filter = signal("");
 
-/** Shapes of one link that are listed. */
+/** Maximum number of listed shapes of a link. */
 const MOST_LOOKS = 12;
 
 /** The tree of one robot. */
@@ -138,7 +139,7 @@ function JointFacts({ joint }: { joint: SceneJoint }): JSX.Element {
   );
 }
 
-/** The gains of a joint, as they are when its row is opened: clients may change them. */
+/** Gains of a joint at the time when its row is opened: clients may change them. */
 function ActuatorFacts({ robot, joint }: { robot: string; joint: SceneJoint }): JSX.Element | null {
   const [actuator, setActuator] = useState<Actuator>();
   useEffect(() => {
@@ -188,7 +189,7 @@ function LookFacts({ scene, link }: { scene: RobotScene; link: SceneLink }): JSX
   );
 }
 
-/** A colour with its name on the web, and whether there is a picture. */
+/** A colour with its name on the web, and a note if it has a picture. */
 function Paint({ shape: { color, texture, textureRepeat, geometry } }: { shape: Shape }): JSX.Element {
   const hex = color && `#${color.slice(0, 3).map((part) => Math.round(255 * part).toString(16).padStart(2, "0")).join("")}`;
   const alpha = color && color[3] < 1 ? `, ${Math.round(100 * color[3])} % opaque` : "";

@@ -1,4 +1,4 @@
-// How large text and controls are: by the width of the window, or as the user chooses.
+// Size of text and controls: by the width of the window, or as the user chooses.
 import type { JSX } from "preact";
 import { textSize, type TextSize as Size } from "../state/view";
 import { Popover } from "./Popover";

@@ -94,7 +94,7 @@ function Follow(): JSX.Element | null {
   );
 }
 
-/** A button of the menu; one that can be on says whether it is. */
+/** A button of the menu; a toggle shows whether it is on. */
 function Item({ testId, title, isOn, act, children }: { testId: string; title: string; isOn?: boolean; act: () => void; children: ComponentChildren }): JSX.Element {
   return (
     <button type="button" class="button" data-testid={testId} title={title} aria-pressed={isOn} onClick={act}>

@@ -57,7 +57,7 @@ export function ViewToggles(): JSX.Element {
   );
 }
 
-/** Whether there is anything that a toggle would show; of most there always is. */
+/** Whether a toggle has something to show; most always have. */
 function hasContent(value: { value: boolean }): boolean {
   if (value === constraintsShown) return constraints.value.length > 0;
   if (value === readingsShown) return sensors.value.some(({ robot }) => robot === sensorsShownOf.value);

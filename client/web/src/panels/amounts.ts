@@ -1,4 +1,4 @@
-// Sizes and times as people read them.
+// Sizes and times in readable form.
 
 /** "1.2 MB". */
 export function bytesText(bytes: number): string {

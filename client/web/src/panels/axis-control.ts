@@ -37,7 +37,7 @@ export class AxisControl implements Follower {
   private quantity: Quantity = "position";
   private range: Range;
   private unit: Unit;
-  /** The text that was written last by name, so that nothing is written twice. */
+  /** The last written text by name, so that nothing is written twice. */
   private written = new Map<string, string>();
 
   constructor(
@@ -186,7 +186,7 @@ export class AxisControl implements Follower {
     this.setValue(Math.min(high, Math.max(low, next)));
   }
 
-  /** Sets a typed target, or shows a toast with what is wrong with it. Returns whether it was set. */
+  /** Sets a typed target, or shows a toast with the fault. Returns whether it was set. */
   type(text: string): boolean {
     const value = parse(text, this.axis.kind, quantityOf(this.mode), this.unit);
     if (typeof value === "string") {

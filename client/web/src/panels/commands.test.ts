@@ -1,4 +1,4 @@
-// Commands say what they need to reach the daemon of the page, and no more.
+// Commands contain exactly the options that reach the page's daemon.
 import { expect, test } from "vitest";
 import { loadCommand, pythonProgram, type Reached } from "./commands";
 

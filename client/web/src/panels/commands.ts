@@ -1,19 +1,19 @@
-// Commands and programs that reach the daemon of this page, as they are typed.
+// Commands and programs that reach the daemon of this page, as the user types them.
 import { role } from "../state/world";
 
-/** How a daemon is reached. */
+/** Address and options to reach a daemon. */
 export interface Reached {
-  /** Its name or address, with the port where that is not the scheme's own. */
+  /** Its name or address, with the port unless it is the scheme's default. */
   host: string;
   isTls: boolean;
-  /** It asks for tokens. */
+  /** Whether it asks for tokens. */
   asksToken: boolean;
 }
 
 /** The default endpoint of simctl. */
 const DEFAULTS: readonly string[] = ["127.0.0.1:7400", "localhost:7400"];
 
-/** How the daemon of this page is reached. */
+/** Returns address and options of this page's daemon. */
 export function here(): Reached {
   return { host: location.host, isTls: location.protocol === "https:", asksToken: role.value !== null };
 }
@@ -30,7 +30,7 @@ export function simctl(words: string, { host, isTls, asksToken }: Reached): stri
   return `simctl ${words}${endpoint}${asksToken ? " --token-file token.txt" : ""}`;
 }
 
-/** The default ports of http and https are not those of the clients. */
+/** The default ports of http and https differ from the clients'. */
 function withPort(host: string, isTls: boolean): string {
   return /:\d+$/.test(host) ? host : `${host}:${isTls ? 443 : 80}`;
 }

@@ -2,7 +2,7 @@
 import { MOST_DRAWN, type Constraint } from "../state/constraints";
 import { shortened } from "./quantity";
 
-/** That not all of so many are drawn; empty where they are. */
+/** Returns a note that not all of them are drawn; empty if they are. */
 export function undrawn(count: number): string {
   return count > MOST_DRAWN ? `Only the first ${MOST_DRAWN} of these ${count} are drawn.` : "";
 }
@@ -12,12 +12,12 @@ export function reading({ kind, force, torque, maxForce }: Constraint): string {
   const [ofForce, ofTorque] = [size(force), size(torque)];
   const limit = Number.isFinite(maxForce) ? ` of ${shortened(maxForce)}` : "";
   if (kind !== "gear") return `${shortened(ofForce)} N${limit && `${limit} N`} · ${shortened(ofTorque)} N m`;
-  // A gear acts about an axis or along one. Where it does nothing, which of the two is not known here.
+  // A gear acts about an axis or along one. If it does nothing, this code cannot tell which.
   const unit = ofTorque > 0 ? " N m" : ofForce > 0 ? " N" : "";
   return `${shortened(Math.max(ofForce, ofTorque))}${limit}${unit}`;
 }
 
-/** How far off it is. */
+/** Returns the distance of a constraint's ends from their target, with its unit. */
 export function offBy({ kind, positionError, angleError, torque }: Constraint): string {
   const [shift, angle] = [`${shortened(positionError * 1e3)} mm`, `${shortened(angleError)} rad`];
   if (kind !== "gear") return `${shift} and ${angle}`;

@@ -2,9 +2,9 @@
 import type { DroppedFile } from "../daemon/actions";
 import { loading } from "../state/report";
 
-/** More files than a robot package has: this is a whole disk. */
+/** Maximum number of files: a robot package has fewer, and a whole disk has more. */
 const MAX_FILES = 20_000;
-/** Files that the browser is asked for at one time. */
+/** Number of files that the browser reads at one time. */
 const AT_ONCE = 64;
 
 /** All files that were dropped. Must be called before the handler of the event returns. */
@@ -41,7 +41,7 @@ async function filesBelow(entries: FileSystemEntry[]): Promise<DroppedFile[]> {
   return files;
 }
 
-/** A file, or what is in a folder. */
+/** Returns a file, or the files of a folder. */
 async function below(entry: FileSystemEntry): Promise<DroppedFile | { inside: FileSystemEntry[] }> {
   if (!entry.isFile) return { inside: await childrenOf(entry as FileSystemDirectoryEntry) };
   return { path: entry.fullPath.replace(/^\//, ""), file: await fileOf(entry as FileSystemFileEntry) };

@@ -1,17 +1,17 @@
-// Computes what is typed into a number box: + - * /, parentheses, pi, and units after products.
+// Computes expressions in number boxes: + - * /, parentheses, pi, and units after products.
 
-/** A value that was read. */
+/** A computed value. */
 export interface Computed {
-  /** In SI if `hasUnit`, else as it was typed. */
+  /** In SI if `hasUnit`, else as typed. */
   value: number;
   hasUnit: boolean;
-  /** It is a part of pi, and so an angle in radians even without a unit. */
+  /** Whether it is a multiple of pi, and so an angle in radians even without a unit. */
   hasPi: boolean;
 }
 
-/** Why a text cannot be computed. */
+/** Reason why a text cannot be computed. */
 export class Unreadable extends Error {
-  /** `kind` says which: a word where a unit would be, numbers with and without a unit in one sum, or anything else. */
+  /** `kind`: a word in place of a unit, numbers with and without a unit in one sum, or anything else. */
   constructor(
     readonly kind: "unit" | "mixed" | "syntax",
     /** The part of the text that is wrong, as it was typed. */
@@ -21,7 +21,7 @@ export class Unreadable extends Error {
   }
 }
 
-/** Characters, and parentheses within parentheses: more are refused. */
+/** Maximum number of characters, and of nested parentheses. */
 const MAX_LENGTH = 200;
 const MAX_DEPTH = 32;
 
@@ -29,8 +29,8 @@ const NUMBER = /^(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?/i;
 const PI = /^(?:pi(?![a-z])|π)/i;
 
 /**
- * The value of a whole text, for instance "2*0.3", "(pi - 1)/2", "90 deg + 0.1 rad". `units` has the SI value of each
- * unit. A unit applies to the product before it: "1/4 turn" is a quarter of a turn. Throws `Unreadable`.
+ * Returns the value of a whole text, for instance "2*0.3", "(pi - 1)/2", "90 deg + 0.1 rad". `units` has the SI value
+ * of each unit. A unit applies to the product before it: "1/4 turn" is a quarter of a turn. Throws `Unreadable`.
  */
 export function compute(text: string, units: Readonly<Record<string, number>> = {}): Computed {
   if (text.length > MAX_LENGTH) throw new Unreadable("syntax", `${text.slice(0, 20)}…`);
@@ -111,7 +111,7 @@ class Reader {
     return { value: Number(number.replace(",", ".")), hasUnit: false, hasPi: false };
   }
 
-  /** Throws if anything is left: a word is one that is no unit. */
+  /** Throws if text remains: a word is then an unknown unit. */
   end(): void {
     this.blanks();
     const rest = this.text.slice(this.at);
@@ -127,7 +127,7 @@ class Reader {
     return rest.startsWith("(") || PI.test(rest);
   }
 
-  /** The SI value of the unit that is next. */
+  /** Returns the SI value of the next unit. */
   private unit(): number | undefined {
     for (const { value, pattern } of this.units) {
       if (this.take(pattern) !== undefined) return value;
@@ -147,7 +147,7 @@ class Reader {
   }
 }
 
-/** A unit at the start of a text, whatever its case and blanks, of which no letter follows. */
+/** Returns a unit at the start of a text, in any case and with blanks, unless a letter follows it. */
 function patternOf(name: string): RegExp {
   const letters = [...name.replaceAll(" ", "")].map((letter) => letter.replace(/[.*+?^${}()|[\]\\/]/g, "\\$&"));
   return new RegExp(`^${letters.join("\\s*")}(?![\\p{L}°])`, "iu");

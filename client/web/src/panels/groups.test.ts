@@ -1,4 +1,4 @@
-// Which joints are shown under one heading.
+// Grouping of joints under headings.
 import { expect, test } from "vitest";
 import { foundIn, grouped, matches } from "./groups";
 

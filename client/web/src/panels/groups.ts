@@ -42,7 +42,7 @@ interface Entry<T> {
   words: string[];
 }
 
-/** How many first words all names share; at least two are left of each name. */
+/** Returns how many first words all names share; at least two words remain of each name. */
 function sharedWords(all: string[][]): number {
   const first = all[0] ?? [];
   const shortest = Math.min(...all.map((one) => one.length));
@@ -52,8 +52,8 @@ function sharedWords(all: string[][]): number {
 }
 
 /**
- * Groups by the word at `from`; `depth` is how many words the names of the group share there. Rows without a group
- * come first, so that they do not look like part of the group above them.
+ * Groups by the word at `from`; `depth` is the number of words that the names of the group share there. Rows without a
+ * group come first, so that they do not look like part of the group above them.
  */
 function splitBy<T>(entries: Entry<T>[], from: number): { depth: number; rows: Entry<T>[] }[] {
   const groups: { depth: number; rows: Entry<T>[] }[] = [];
@@ -87,13 +87,13 @@ function rest(all: string[], skip: number, label: string): string {
 }
 
 
-/** A part of a name, and whether a word of the filter is in it. */
+/** A part of a name, and whether it matches a word of the filter. */
 export interface Part {
   text: string;
   found: boolean;
 }
 
-/** A name in parts, of which those are marked that the filter found. */
+/** Splits a name into parts, and marks the parts that the filter found. */
 export function foundIn(name: string, filter: string): Part[] {
   const plain = name.toLowerCase();
   const marked = new Array<boolean>(name.length).fill(false);

@@ -1,4 +1,4 @@
-// The few signs of the page, drawn on a 16 by 16 grid in the colour of the text around them.
+// Icons of the page, drawn on a 16 by 16 grid in the colour of the text around them.
 import type { JSX } from "preact";
 
 const SHAPES = {
@@ -47,10 +47,10 @@ const SHAPES = {
   info: <path d="M8 2.2a5.8 5.8 0 1 1 0 11.6A5.8 5.8 0 0 1 8 2.2zM8 7.3v3.7M8 4.9v.5" />,
 } as const satisfies Record<string, JSX.Element>;
 
-/** The name of a sign. */
+/** The name of an icon. */
 export type IconName = keyof typeof SHAPES;
 
-/** A sign; what it means is said by the button around it. */
+/** An icon; the button around it states its meaning. */
 export function Icon({ name }: { name: IconName }): JSX.Element {
   return (
     <svg class="icon" viewBox="0 0 16 16" width="16" height="16" aria-hidden="true" fill="none" stroke="currentColor" stroke-width="1.4" stroke-linecap="round" stroke-linejoin="round">

@@ -1,4 +1,4 @@
-// Which target a row shows between a hand here and the daemon there.
+// Target that a row shows between the user's input and the daemon's state.
 import { expect, test } from "vitest";
 import { PendingTarget } from "./pending-target";
 

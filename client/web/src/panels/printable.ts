@@ -1,10 +1,10 @@
-// Text as people see it. Names come from untrusted files and programs, and may have characters that turn the direction of
-// text or are not shown at all. Every text that the page draws passes here, so that no panel has to think of it.
+// Makes text printable. Names come from untrusted files and programs. They may have characters that change the direction of
+// text or are invisible. Every text that the page draws passes here, so that no panel needs a separate check.
 import { options, type VNode } from "preact";
 
 /** A letter or mark of a script whose letters join, or a part of an emoji. */
 const JOINED = String.raw`(?:(?![\p{Script=Latin}\p{Script=Greek}\p{Script=Cyrillic}])[\p{L}\p{M}]|\p{Extended_Pictographic}|\p{Emoji_Modifier})`;
-/** Between two of these joiners and non-joiners are spelling, as in Persian and in emoji of several people. */
+/** Joiners and non-joiners between two of these are spelling, as in Persian and in emoji of several people. */
 const SPELLING = String.raw`(?<=${JOINED})[\u200c\u200d](?=${JOINED})`;
 /** Unicode's categories Cc (control), Cf (format), Zl and Zp (line and paragraph separators); line breaks stay. */
 const HIDDEN = new RegExp(String.raw`(?!\n)(?!${SPELLING})[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]`, "gu");
@@ -12,7 +12,7 @@ const HIDDEN = new RegExp(String.raw`(?!\n)(?!${SPELLING})[\p{Cc}\p{Cf}\p{Zl}\p{
 /** Attributes that are shown or read aloud. */
 const LABELS = ["title", "aria-label", "placeholder", "label", "alt"];
 
-/** With each hidden character as `\u{202e}`. */
+/** Returns the text with each hidden character as `\u{202e}`. */
 export function printable(text: string): string {
   return text.replace(HIDDEN, (hidden) => `\\u{${hidden.codePointAt(0)?.toString(16) ?? ""}}`);
 }
@@ -23,7 +23,7 @@ function child(node: unknown): unknown {
   return Array.isArray(node) && node.some((each) => typeof each === "string" || Array.isArray(each)) ? node.map(child) : node;
 }
 
-/** From here on each element that Preact makes has printable text and labels. Components get their properties as they are. */
+/** From here on each element that Preact makes has printable text and labels. Components get their properties unchanged. */
 export function escapeHiddenCharacters(): void {
   const before = options.vnode;
   options.vnode = (vnode: VNode) => {

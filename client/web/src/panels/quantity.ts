@@ -28,11 +28,11 @@ const UNITS: Record<Kind, Record<Quantity, Record<string, number>>> = {
 /** A unit to show values in: `value / scale` is the number to write. */
 export interface Unit {
   name: string;
-  /** How many SI units it is. */
+  /** Size of the unit in SI units. */
   scale: number;
 }
 
-/** The unit that a value is shown in. */
+/** Returns the unit in which a value is shown. */
 export function unitOf(kind: Kind, quantity: Quantity, degrees: boolean): Unit {
   if (kind === "length") return { name: { position: "m", velocity: "m/s", effort: "N" }[quantity], scale: 1 };
   if (quantity === "effort") return { name: "N m", scale: 1 };
@@ -40,7 +40,7 @@ export function unitOf(kind: Kind, quantity: Quantity, degrees: boolean): Unit {
   return { name: quantity === "position" ? name : `${name}/s`, scale: degrees ? DEGREE : 1 };
 }
 
-/** The quantity of the target in a mode; a joint without an actuator is shown by its position. */
+/** Returns the quantity of the target in a mode; a joint without an actuator is shown by its position. */
 export function quantityOf(mode: Mode): Quantity {
   return mode === "velocity" || mode === "effort" ? mode : "position";
 }
@@ -67,8 +67,8 @@ export function shortened(value: number): string {
 }
 
 /**
- * Reads what was typed, in SI: "90 deg", "0,2 rad", "5 cm", "pi/2 rad", "2*0.3", "90 deg - (0.1 + 0.2) rad". Without a unit
- * it is in `unit`, but "pi/2" is radians whatever is shown. Returns a message if it cannot be read.
+ * Reads typed text in SI: "90 deg", "0,2 rad", "5 cm", "pi/2 rad", "2*0.3", "90 deg - (0.1 + 0.2) rad". Without a unit it
+ * is in `unit`, but "pi/2" is always radians. Returns a message if it cannot be read.
  */
 export function parse(text: string, kind: Kind, quantity: Quantity, unit: Unit): number | string {
   const known = UNITS[kind][quantity];
@@ -84,7 +84,7 @@ export function parse(text: string, kind: Kind, quantity: Quantity, unit: Unit):
   return Number.isFinite(value) ? value : `"${text}" is not a finite number`;
 }
 
-/** A message about what cannot be read, which quotes it as it was typed. */
+/** Returns a message about the unreadable part, which it quotes as typed. */
 function whyNot(text: string, { kind, part }: Unreadable, known: Record<string, number>): string {
   if (kind === "mixed") return `"${text}" adds a number without a unit to one with a unit: write the unit at each`;
   if (kind === "syntax") return `"${text}" is not a number`;

@@ -6,12 +6,12 @@ import type { Quantity, Unit } from "./quantity";
 export interface Range {
   lower: number;
   upper: number;
-  /** There is no limit at that end: the value may be beyond it. */
+  /** Whether that end has no limit: the value may be beyond it. */
   openLower: boolean;
   openUpper: boolean;
 }
 
-/** Ranges of joints without limits: those of desktop robots. */
+/** Ranges of joints without limits: typical for desktop robots. */
 const DEFAULTS = {
   angle: { position: Math.PI, velocity: 2 * Math.PI, effort: 10 },
   length: { position: 1, velocity: 1, effort: 50 },
@@ -39,8 +39,8 @@ export function rangeOf(axis: Axis, quantity: Quantity): Range {
 }
 
 /**
- * A range with both ends open, shifted by whole widths to contain `value`: a continuous joint is shown on its present
- * turn. The range `before` is kept as long as the value is in it.
+ * Returns a range with both ends open, shifted by whole widths to contain `value`: a continuous joint is shown on its
+ * present turn. The range `before` stays as long as the value is in it.
  */
 export function turned(range: Range, value: number, before: Range): Range {
   if (!range.openLower || !range.openUpper || !Number.isFinite(value)) return range;
@@ -62,7 +62,7 @@ export function nudgeOf(range: Range, unit: Unit): number {
   return niceStep((range.upper - range.lower) / unit.scale / 200) * unit.scale;
 }
 
-/** The largest of ..., 1, 2, 5, 10, ... that is not larger than `about`. */
+/** Returns the largest of ..., 1, 2, 5, 10, ... that is not larger than `about`. */
 export function niceStep(about: number): number {
   if (!(about > 0) || !Number.isFinite(about)) return 0.01;
   const power = 10 ** Math.floor(Math.log10(about));

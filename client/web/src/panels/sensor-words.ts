@@ -23,7 +23,7 @@ export function words(measured: Measurement): string {
   }
 }
 
-/** As REP 117 has it: infinite is out of reach, minus infinity too near, and no number a lost ray. */
+/** REP 117: infinity is out of reach, minus infinity too near, and NaN a lost ray. */
 function rangeOf(range: number): string {
   if (Number.isFinite(range)) return `${shortened(range)} m`;
   return range > 0 ? "nothing in reach" : range < 0 ? "too near" : "lost";

@@ -12,7 +12,7 @@ import { robots, role, simulation } from "../state/world";
 import { toggleRecording } from "./Recorder";
 import { shownRobot } from "./shown-robot";
 
-/** The part of the help that is open. */
+/** The open part of the help. */
 export const helpOpen = signal<"begin" | "keys" | null>(null);
 
 /** One or several keys with an action. */
@@ -51,12 +51,12 @@ function stepRecording(key: string, { shiftKey }: KeyboardEvent): void {
   player?.step(key === "arrowleft" ? -states : states);
 }
 
-/** Radians, shares of the distance, and a factor: what one press of a key moves the camera by. */
+/** Step of one key press for the camera: radians, shares of the distance, and a factor. */
 const TURN = Math.PI / 36;
 const SHIFT = 0.05;
 const CLOSER = 0.9;
 
-/** An arrow key: through a recording, if one is shown, else of the camera. */
+/** Arrow keys step through a recording if one is shown; otherwise they move the camera. */
 function arrow(key: string, event: KeyboardEvent): void {
   const aside = { arrowleft: -1, arrowright: 1 }[key] ?? 0;
   const up = { arrowdown: -1, arrowup: 1 }[key] ?? 0;
@@ -72,12 +72,12 @@ function lookAlong(key: string, { shiftKey }: KeyboardEvent): void {
   if (viewpoint) moveCamera({ kind: "from", viewpoint });
 }
 
-/** Takes the camera along with the robot of the panel, or lets it stay. */
+/** Makes the camera follow the robot of the panel, or stop. */
 export function toggleFollowing(): void {
   followed.value = followed.peek() === "" ? (shownRobot.peek()?.name ?? "") : "";
 }
 
-/** Resets the world; where others are here, after a question. */
+/** Resets the world; with other clients connected, after a question. */
 export function askReset(): void {
   askFirst("Reset the world", "Time goes back to zero, and each robot to where it was brought in, for everybody.", "Reset", () => void reset());
 }
@@ -103,7 +103,8 @@ function chooseRobot(key: string): void {
 function toFilter(): void {
   const filter = (): HTMLElement | null => document.getElementById("joint-filter");
   panelOpen.value = true;
-  // At once if it exists, since the next key may be typed already, and not again, since that may be Tab.
+  // Moves the focus at once if the element exists, since the next key may already be typed. It does not move
+  // it again, since that key may be Tab.
   const found = filter();
   if (found) found.focus();
   else requestAnimationFrame(() => filter()?.focus());
@@ -149,12 +150,12 @@ export const SHORTCUTS: readonly Shortcut[] = [
 
 /** Whether the focused element handles the key: a text field, a list, an open dialog. */
 function isHandledBy(target: EventTarget | null, key: string): boolean {
-  // Whatever has the focus: a button of a dialog loses it when it is pressed.
+  // These keys work with any focus: a button of a dialog loses it when it is pressed.
   if (document.querySelector("dialog[open]")) return key !== "?";
   if (!(target instanceof HTMLElement)) return false;
   if (target.isContentEditable || target.matches("textarea, select")) return true;
   if (target.matches("[role=tab], [role=separator], ul, ol") && key.startsWith("Arrow")) return true;
-  // A slider of a joint has the arrows to itself; the time line of a recording has those of the page.
+  // A joint's slider uses the arrow keys; the time line of a recording leaves them to the page.
   if (target instanceof HTMLInputElement) return target.type !== "range" || (isForSliders(key) && !target.closest(".time-line"));
   // An open popover is closed first.
   if (key === "Escape" && document.querySelector("[popover]:popover-open")) return true;
@@ -166,7 +167,10 @@ function isForSliders(key: string): boolean {
   return key.startsWith("Arrow") || key === "Home" || key === "End" || key === "Escape";
 }
 
-/** Ctrl + Z and Ctrl + Shift + Z, but in a field, which has its own. Returns whether it was one of these. */
+/**
+ * Handles Ctrl + Z and Ctrl + Shift + Z, except in a field, which handles them. Returns whether it was one of
+ * these.
+ */
 function takesBack(event: KeyboardEvent): boolean {
   if (!(event.ctrlKey || event.metaKey) || event.altKey || event.key.toLowerCase() !== "z") return false;
   if (inputFor.peek() !== null || isHandledBy(event.target, "z")) return false;
@@ -181,7 +185,7 @@ export function listen(): () => void {
     if (event.defaultPrevented || event.isComposing) return;
     if (takesBack(event)) return;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    // While a program asks for keys they are its own.
+    // While a program asks for keys, the program receives them.
     if (inputFor.peek() !== null && event.key !== "?") return;
     if (isHandledBy(event.target, event.key)) return;
     const key = event.key.toLowerCase();

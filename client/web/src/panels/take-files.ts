@@ -1,4 +1,4 @@
-// Takes files that were dropped or chosen: plays recordings, opens zips, and asks what robots are to become.
+// Takes dropped or chosen files: plays recordings, opens zips, and asks for the options of robots.
 import type { DroppedFile } from "../daemon/actions";
 import { isRecording, playFiles } from "../daemon/recordings";
 import { loading } from "../state/report";
@@ -19,7 +19,7 @@ export async function takeFiles(finding: Promise<DroppedFile[]>): Promise<void> 
   }
 }
 
-/** The files, with those of archives in the place of these. */
+/** Returns the files, with the contents of archives in place of the archives. */
 async function opened(files: DroppedFile[]): Promise<DroppedFile[]> {
   if (!files.some(({ path }) => /\.zip$/i.test(path))) return files;
   // Most visits open none.

@@ -1,4 +1,4 @@
-// A tab is found by the robot and the world in it.
+// The title shows the robot and the world, so that users find the tab.
 import { expect, test } from "vitest";
 import { titleOf } from "./title";
 

@@ -1,4 +1,4 @@
-// The tree of links, and which findings of a report belong to which of them.
+// The tree of links, and the assignment of a report's findings to links.
 import { expect, test } from "vitest";
 import type { Finding } from "../state/report";
 import { depthsOf, findingsOf } from "./tree";

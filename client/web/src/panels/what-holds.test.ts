@@ -1,4 +1,4 @@
-// A joint that does not move says why, the widest reason first.
+// A joint that does not move shows the reason, the widest first.
 import { expect, test } from "vitest";
 import { whatHolds, type Situation } from "./what-holds";
 

@@ -9,11 +9,11 @@ export interface Situation {
   target: number;
   position: number;
   velocity: number;
-  /** As in `JointValues.flags`. */
+  /** Flags of `JointValues.flags`. */
   flags: number;
-  /** As in `AxisValues.blockedBy`. */
+  /** Value of `AxisValues.blockedBy`. */
   blockedBy: string;
-  /** Why its robot is disabled; empty if it is not. */
+  /** Reason why its robot is disabled; empty if it is not. */
   disabledReason: string;
   world: "stopped" | "playing" | "paused";
 }
@@ -30,7 +30,7 @@ const AT_UPPER = 4;
 /** Tolerance of a target: rad or m; for velocities rad/s or m/s. */
 const CLOSE = { angle: 0.01, length: 0.002 } as const;
 
-/** From what holds all joints to what holds one; the first that holds is said. */
+/** Reasons from those of all joints to those of one; the first that applies is shown. */
 const HOLDS: readonly ((situation: Situation) => Hold | undefined)[] = [
   ({ disabledReason }) => (disabledReason === "" ? undefined : { word: "disabled", sentence: `Its robot is out of the simulation: ${disabledReason}. A reset brings it back` }),
   (situation) => (situation.world !== "playing" && misses(situation) ? { word: situation.world, sentence: `The world is ${situation.world}: the joint goes to its target once it plays` } : undefined),

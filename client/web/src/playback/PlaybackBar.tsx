@@ -1,4 +1,4 @@
-// The bar below the view while a recording is shown: its time line, how it is played, and what happened in it.
+// The bar below the view while a recording is shown: its time line, playback controls, and events.
 import { signal, useSignalEffect, type Signal } from "@preact/signals";
 import { fromBinary } from "@bufbuild/protobuf";
 import type { JSX } from "preact";
@@ -14,11 +14,11 @@ import { SPEEDS, type Player } from "./player";
 
 /** An event of the recording, in words. */
 interface Marker extends Words {
-  /** The state that it came after. */
+  /** State after which it happened. */
   at: number;
 }
 
-/** Marks that are drawn on the time line. */
+/** Maximum number of marks on the time line. */
 const MAX_MARKS = 200;
 
 /** The bar. */
@@ -99,7 +99,7 @@ function TimeLine({ player, markers }: { player: Player; markers: readonly Marke
   );
 }
 
-/** Where it is, and the simulated time there. */
+/** Position in the recording, and the simulated time there. */
 function Time({ player }: { player: Player }): JSX.Element {
   const position = useRef<HTMLSpanElement>(null);
   const simulated = useRef<HTMLSpanElement>(null);

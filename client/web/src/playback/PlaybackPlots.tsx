@@ -1,4 +1,4 @@
-// Plots of joints over a recording, with a line where it is.
+// Plots of joints over a recording, with a line at the present position.
 import "uplot/dist/uPlot.min.css";
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { JSX } from "preact";
@@ -18,7 +18,7 @@ import { Overview } from "./overview";
 import type { Player } from "./player";
 
 const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
-/** Joints that are plotted before others are chosen. */
+/** Number of joints that are plotted before others are chosen. */
 const DEFAULTS = 3;
 
 /** The quantity that is shown on a narrow page. */
@@ -26,7 +26,7 @@ const front = signal<Quantity>("position");
 
 /** The plots of one recording. */
 class Plots {
-  /** Joints that were seen in the states that were shown. */
+  /** Joints in the states that have been shown. */
   readonly axes = signal<readonly Axis[]>([]);
   readonly chosen = signal<readonly Line[]>([]);
   readonly zoom = signal<Extent | null>(null);
@@ -200,7 +200,7 @@ function Picker({ plots }: { plots: Plots }): JSX.Element | null {
   );
 }
 
-/** One plot. A click in it leads there. */
+/** One plot. A click in it seeks to that time. */
 function Plot({ quantity, plots }: { quantity: Quantity; plots: Plots }): JSX.Element {
   const host = useRef<HTMLDivElement>(null);
   const readout = useRef<HTMLDivElement>(null);

@@ -1,4 +1,4 @@
-// Which shapes a recorded robot is drawn with: those of a live robot with the same links, else those of its description.
+// Shapes of recorded robots: taken from a live robot with the same links, else from its description.
 import type { Ghosts } from "../state/playback";
 import type { RobotScene } from "../state/scene";
 import { topicPart, type RecordedState, type Timeline } from "../recording/timeline";
@@ -23,7 +23,7 @@ export class Casting {
       const root = links.values().next().value;
       if (!root) continue;
       const flat = new Float64Array(7 * scene.links.length);
-      // A link that is not recorded is where its robot is.
+      // A link that is not recorded is drawn at its robot's root.
       scene.links.forEach(({ name }, index) => flat.set(links.get(name) ?? root, 7 * index));
       scenes.set(robot, scene);
       poses.set(robot, flat);
@@ -31,7 +31,7 @@ export class Casting {
     return { scenes, poses };
   }
 
-  /** The description of a recorded robot, where it has one. */
+  /** Returns the description of a recorded robot, if it has one. */
   description(robot: string): Described | undefined {
     const topic = topicPart(robot);
     if (!this.descriptions.has(topic)) {

@@ -1,4 +1,4 @@
-// Which of several recordings is shown.
+// Choice of the shown recording among several.
 import { expect, test, vi } from "vitest";
 import { recording } from "../recording/fixture";
 import { fileSource, type Source } from "../recording/source";

@@ -15,10 +15,10 @@ export { PlaybackBar, PlaybackPlots };
 export type PlaybackModule = typeof import(".");
 
 let end: (() => void) | undefined;
-/** How many were asked for: the last of them is shown, whichever is read first. */
+/** Number of requests: the last one is shown, in any order of reading. */
 let asked = 0;
 
-/** Shows a recording in place of the one before, at its first state or playing. Rejects with a sentence where it cannot be read. */
+/** Shows a recording in place of the former one, at its first state or playing. Rejects with a sentence if it cannot be read. */
 export async function open(name: string, sources: readonly Source[], module: PlaybackModule, plays = false): Promise<void> {
   asked += 1;
   const own = asked;

@@ -1,4 +1,4 @@
-// The order in which a recording is read for its plots, and what comes of it.
+// The order in which a recording is read for its plots, and the result.
 import { expect, test } from "vitest";
 import { positionOf, recording } from "../recording/fixture";
 import { fileSource } from "../recording/source";

@@ -1,4 +1,4 @@
-// Joint values over a whole recording, as far as they were read: evenly spread at first, then denser, within bounds.
+// Joint values over a whole recording, as far as they are read: evenly spread at first, then denser, within bounds.
 import type { Quantity } from "../panels/quantity";
 import { columnOf } from "../plots/recorder";
 import type { JointState } from "../recording/cdr";
@@ -6,17 +6,17 @@ import { Damage } from "../recording/source";
 import { topicPart, type Timeline } from "../recording/timeline";
 import type { Axis } from "../state/world";
 
-/** Values of a line: more than any screen has pixels, so that there is something to zoom into. */
+/** Number of values of a line: more than any screen has pixels, so that a zoom shows detail. */
 const MAX_SAMPLES = 60_000;
-/** Bytes of the file that are read for one set of lines. */
+/** Maximum bytes of the file that are read for one set of lines. */
 const MAX_READ = 256 << 20;
 /** Milliseconds between two announcements. */
 const ANNOUNCE = 100;
-/** Milliseconds until what could not be had is asked for again. */
+/** Milliseconds until missing data is requested again. */
 const RETRY = 1000;
 const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
 
-/** Columns over time, as plots read them. */
+/** Columns over time, in the plots' form. */
 export class Overview {
   /** Seconds since the recording began. */
   private readonly time: Float64Array;
@@ -28,7 +28,7 @@ export class Overview {
   constructor(
     private readonly timeline: Timeline,
     private readonly axes: readonly Axis[],
-    /** Called when there is more. */
+    /** Called when more data has been read. */
     private readonly changed: () => void,
   ) {
     this.stride = Math.ceil(timeline.count / MAX_SAMPLES);
@@ -43,7 +43,7 @@ export class Overview {
     return this.time;
   }
 
-  /** Empty where there is none of that name. */
+  /** Empty if none has that name. */
   column(name: string): Float64Array {
     return this.columns.get(name) ?? new Float64Array(0);
   }
@@ -105,7 +105,7 @@ export class Overview {
   }
 }
 
-/** Numbers below `count`, such that the first of them are spread evenly: halves, quarters, and so on. */
+/** Yields numbers below `count`, so that the first of them are spread evenly: halves, quarters, and so on. */
 export function* spread(count: number): Generator<number> {
   let bits = 0;
   while (2 ** bits < count) bits += 1;

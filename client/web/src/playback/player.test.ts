@@ -1,11 +1,11 @@
-// A recording is shown as it can be read.
+// Playback of a recording whose states are read with delays and failures.
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { RecordedState, Timeline } from "../recording/timeline";
 import { Player } from "./player";
 
 let isLost = false;
 
-/** A hundred states, which are read one by one; where that fails, the next is read a second later, as a timeline does. */
+/** A hundred states, which are read one by one; after a failure, the next is read a second later, as in a timeline. */
 const timeline = {
   count: 100,
   period: 0.01,
@@ -34,7 +34,7 @@ test("a state that cannot be had is waited for, and shown when the daemon is bac
   player.seek(50);
   await vi.advanceTimersByTimeAsync(3500);
   expect([player.shown.value?.number, player.waiting.value]).toEqual([0, true]);
-  // Another that is wanted meanwhile is shown in its place.
+  // A newer request replaces the waiting one.
   player.seek(60);
   isLost = false;
   await vi.advanceTimersByTimeAsync(2000);

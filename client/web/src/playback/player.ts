@@ -1,21 +1,21 @@
-// Plays an open recording: where it is, how fast it goes, and what is drawn of it.
+// Playback of an open recording: position, speed, and drawn state.
 import { batch, signal } from "@preact/signals";
 import type { RecordedState, Timeline } from "../recording/timeline";
 
-/** How fast a recording can be played, simulated seconds a second. */
+/** Possible speeds, simulated seconds a second. */
 export const SPEEDS: readonly number[] = [0.1, 0.2, 0.5, 1, 2, 5, 10];
 /** Maximum time by which one picture advances, milliseconds: a page that was hidden continues where it was. */
 const MAX_TICK = 250;
 
 /** Plays one recording until it is stopped. */
 export class Player {
-  /** Where it is, in states: from 0 to `timeline.count - 1`; between two while it plays. */
+  /** Position in states: from 0 to `timeline.count - 1`; between two states while it plays. */
   readonly position = signal(0);
   readonly playing = signal(false);
   readonly speed = signal(1);
   /** The state that is shown; null until the first is read. */
   readonly shown = signal<RecordedState | null>(null);
-  /** The state that is wanted is being read. */
+  /** Whether the requested state is being read. */
   readonly waiting = signal(true);
   /** Parts that could not be read. */
   readonly problems = signal<readonly string[]>([]);
@@ -38,19 +38,19 @@ export class Player {
     return this.timeline.count - 1;
   }
 
-  /** Goes to a state. */
+  /** Moves to a state. */
   seek(position: number): void {
     this.position.value = Math.max(0, Math.min(this.end, position));
     void this.show();
   }
 
-  /** Goes so many states forward, or back, and stops there. */
+  /** Moves this many states forward, or back, and stops there. */
   step(by: number): void {
     this.playing.value = false;
     this.seek(Math.floor(this.position.peek()) + by);
   }
 
-  /** Plays, from the beginning where it is at its end; or pauses. */
+  /** Plays, from the beginning if it is at its end; or pauses. */
   toggle(): void {
     if (this.playing.peek()) {
       this.playing.value = false;
@@ -63,7 +63,7 @@ export class Player {
     this.wake();
   }
 
-  /** Ends all that it does. */
+  /** Ends all activity. */
   stop(): void {
     this.playing.value = false;
     this.stopped = true;
@@ -80,7 +80,7 @@ export class Player {
     const passed = Math.max(0, Math.min(MAX_TICK, now - this.last)) / 1000;
     this.last = now;
     const { timeline } = this;
-    // It waits for what is being read, rather than leave it out.
+    // Playback waits for the state that is being read, rather than skip it.
     const next = Math.min(this.end, this.position.peek() + (passed * this.speed.peek()) / timeline.period);
     const state = timeline.peek(next);
     timeline.prefetch(timeline.nextPart(next));
@@ -95,7 +95,7 @@ export class Player {
     this.wake();
   }
 
-  /** Shows the state at the position once it is read. While one is read, the newest that is asked for waits. */
+  /** Shows the state at the position once it is read. During a read, only the newest request waits. */
   private async show(): Promise<void> {
     this.wanted = Math.floor(this.position.peek());
     if (this.reading) return;

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { toast } from "../state/toasts";
 import { plotsOpen } from "../state/view";
-// It records from the beginning, so that a plot has a past.
+// The recorder starts with the page, so that a plot has a past.
 import "./recorder";
 
 const drawer = signal<(() => JSX.Element) | null>(null);

@@ -21,10 +21,10 @@ import { drawSeries, hasSeries, SeriesPicker, SeriesPlots } from "./SeriesPlots"
 import { following, type Extent } from "./visible";
 
 const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
-/** Milliseconds between two draws at least. */
+/** Minimum milliseconds between two draws. */
 const INTERVAL = 50;
 
-/** Those that can be chosen, simulated seconds. */
+/** Selectable spans, simulated seconds. */
 const SPANS: readonly number[] = [2, 5, 10, 30, SPAN, 180, SERIES_SPAN];
 const span = computed(() => (SPANS.includes(plotSpan.value) ? plotSpan.value : 10));
 const zoom = signal<Extent | null>(null);
@@ -62,7 +62,10 @@ function scheduleDraw(): void {
   waiting = setTimeout(() => requestAnimationFrame(draw), Math.max(0, INTERVAL - (performance.now() - drawn))) as unknown as number;
 }
 
-/** Plots the first joints of the shown robot if none are plotted. Once, as soon as there are any. */
+/**
+ * Plots the first joints of the shown robot if none are plotted. It runs once, as soon as the robot has
+ * joints.
+ */
 function plotDefaults(): () => void {
   let done = shown.peek().length > 0;
   return effect(() => {

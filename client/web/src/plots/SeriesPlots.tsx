@@ -1,4 +1,4 @@
-// Plots of anything: one for each unit, with a mark for each event, and the values at the pointer.
+// Plots of any series: one for each unit, with a mark for each event, and the values at the pointer.
 import { computed } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
@@ -16,11 +16,11 @@ import type { Extent } from "./visible";
 const MOST = 64;
 
 interface Shown extends Series {
-  /** Its colour: 0 to 7, then again from 0. */
+  /** Number of its colour: 0 to 7, then again from 0. */
   slot: number;
 }
 
-/** Those that were chosen, with what is known of them. */
+/** Chosen series with their descriptions. */
 const shown = computed<Shown[]>(() => {
   const known = new Map(catalogue.value.map((series) => [series.key, series]));
   return plottedSeries.value.map((key, index) => ({ ...(known.get(key) ?? { key, group: "", label: partsOf(key).slice(1).join(" "), unit: "" }), slot: index % 8 }));
@@ -28,7 +28,7 @@ const shown = computed<Shown[]>(() => {
 
 const charts = new Set<SeriesChart>();
 
-/** Draws them all: what was recorded, or a copy of it while the plots are paused. */
+/** Draws all series: the recording, or a copy of it while the plots are paused. */
 export function drawSeries(range: (times: Float64Array) => Extent, samples: Samples = seriesRecording): void {
   for (const chart of charts) chart.draw(samples, range(samples.times()));
 }
@@ -36,7 +36,7 @@ export function drawSeries(range: (times: Float64Array) => Extent, samples: Samp
 /** Whether any are plotted. */
 export const hasSeries = computed(() => shown.value.length > 0);
 
-/** Chooses one more. */
+/** Adds a series. */
 export function SeriesPicker(): JSX.Element | null {
   if (plottedSeries.value.length >= MOST) return null;
   const left = catalogue.value.filter(({ key }) => !plottedSeries.value.includes(key));
@@ -67,7 +67,7 @@ export function SeriesPicker(): JSX.Element | null {
   );
 }
 
-/** The plots, and what is in them. */
+/** The plots and their series. */
 export function SeriesPlots({ onZoom, redraw }: { onZoom: (range: Extent | null) => void; redraw: () => void }): JSX.Element | null {
   if (shown.value.length === 0) return null;
   const units = [...groupedBy(shown.value, ({ unit }) => unit)];
@@ -129,7 +129,7 @@ function Plot({ unit, series, onZoom, redraw }: PlotProperties): JSX.Element {
   );
 }
 
-/** In the order of the first of each group. */
+/** Ordered by the first of each group. */
 function groupedBy<T>(items: readonly T[], groupOf: (item: T) => string): Map<string, T[]> {
   const groups = new Map<string, T[]>();
   for (const item of items) {

@@ -100,7 +100,7 @@ export class Chart {
     this.marker.style.left = `${this.plot.valToPos(time, "x")}px`;
   }
 
-  /** Calls with the time at which the plot is clicked, which is no drag. */
+  /** Calls back with the time of a click in the plot; a drag is no click. */
   onPick(pick: (time: number) => void): void {
     let pressedAt = 0;
     this.plot.over.addEventListener("mousedown", (event) => {
@@ -112,7 +112,7 @@ export class Chart {
     });
   }
 
-  /** An array of this length, a view of the one of the last draw if that is long enough. */
+  /** Returns an array of this length, a view of the last draw's array if that is long enough. */
   private buffer(index: number, count: number): Float64Array {
     let kept = this.buffers[index];
     if (!kept || kept.length < count) {

@@ -1,4 +1,4 @@
-// Records joints from each state, in memory: those that are plotted, and those of the shown robot.
+// Recorder of joints from each state, in memory: plotted joints, and joints of the shown robot.
 import { computed, effect } from "@preact/signals";
 import type { Quantity } from "../panels/quantity";
 import { shownRobot } from "../panels/shown-robot";

@@ -1,4 +1,4 @@
-// Values of what is plotted beside joints, and names that have any characters.
+// Values of plotted series, and names with any characters.
 import { beforeEach, expect, test } from "vitest";
 import { readings, sensors, sensorsShownOf } from "../state/sensors";
 import { parameters, robots, type Frame, type Robot } from "../state/world";

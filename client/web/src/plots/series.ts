@@ -6,18 +6,18 @@ import { rollPitchYaw } from "../state/joint-values";
 import { readings, sensors, sensorsShownOf, type Measurement, type SensorKind } from "../state/sensors";
 import { parameters, robots, simulation, type Frame } from "../state/world";
 
-/** One that can be chosen. */
+/** A series that can be chosen. */
 export interface Series {
   /** Kept in the browser: kind, then names. */
   key: string;
-  /** The heading that it is under in the list. */
+  /** Heading of its group in the list. */
   group: string;
   label: string;
   /** Series of one unit share a plot; empty is a plain number. */
   unit: string;
 }
 
-/** Links of a robot beyond this many are not offered. */
+/** Maximum number of links of a robot that are offered. */
 const MOST_LINKS = 200;
 
 const AXES = ["x", "y", "z"] as const;
@@ -40,7 +40,7 @@ const CHANNELS: Partial<Record<SensorKind, readonly (readonly [string, string])[
   odometry: MOTION,
 };
 
-/** All that can be plotted now: the bases of all robots, and links and sensors of the one in the panel. */
+/** Returns all series that can be plotted now: the bases of all robots, and links and sensors of the panel's robot. */
 export const catalogue = computed<Series[]>(() => [
   ...robots.value.flatMap(({ name, links }) => [
     ...AXES.map((axis): Series => ({ key: key("base", name, axis), group: name, label: `base ${axis}`, unit: "m" })),
@@ -70,7 +70,7 @@ export function partsOf(text: string): string[] {
   return text.split("/").map((part) => part.replaceAll("%2F", "/").replaceAll("%25", "%"));
 }
 
-/** The value of a series in a state; `before` is the state before it, for speeds. NaN where there is none. */
+/** Returns the value of the series in a state; `before` is the state before it, for speeds. NaN if it has none. */
 export function valueOf(text: string, now: Frame, before: Frame | null): number {
   const [kind = "", robot = "", name = "", channel = ""] = partsOf(text);
   switch (kind) {
@@ -101,7 +101,7 @@ function ofPose(pose: Float64Array | undefined, name: string): number {
   return rollPitchYaw([x, y, z, w])[ANGLES.findIndex((axis) => axis === name)] ?? NaN;
 }
 
-/** Its place; or its velocity, by how far it came since the state before. */
+/** Returns its position; or its velocity, from its displacement since the state before. */
 function ofLink(now: Frame, before: Frame | null, robot: string, link: string, name: string): number {
   const index = robots.peek().find((each) => each.name === robot)?.links.indexOf(link) ?? -1;
   if (index < 0) return NaN;

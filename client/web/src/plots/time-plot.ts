@@ -2,7 +2,7 @@
 import uPlot from "uplot";
 import type { Extent } from "./visible";
 
-/** A row of the readout: what it says, and the slot of its colour. */
+/** A row of the readout: its text, and the slot of its colour. */
 export interface ReadoutRow {
   slot: number;
   text: string;
@@ -32,7 +32,7 @@ export class TimePlot {
   ) {
     const style = getComputedStyle(host);
     const colour = (name: string): string => style.getPropertyValue(name).trim();
-    /** How much larger text is than usual. */
+    /** Ratio of the text size to the default. */
     const zoom = (parseFloat(getComputedStyle(document.documentElement).fontSize) || 16) / 16;
     const font = `${Math.round(11 * zoom)}px system-ui, sans-serif`;
     const axis = { stroke: colour("--text-2"), font, grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1, size: 4 } };
@@ -64,7 +64,7 @@ export class TimePlot {
         setSelect: [
           (plot) => {
             const { left, width } = plot.select;
-            // A click is no zoom. Each drag reaches the other plots too; those that are hidden have no scale.
+            // A click is no zoom. Each drag reaches the other plots too; hidden ones have no scale.
             if (width < 4 || host.clientWidth === 0) return;
             onZoom({ min: plot.posToVal(left, "x"), max: plot.posToVal(left + width, "x") });
             plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
@@ -101,7 +101,7 @@ export class TimePlot {
       return element;
     });
     host.replaceChildren(...rows);
-    // On the other side than the pointer.
+    // Placed on the side away from the pointer.
     host.toggleAttribute("data-right", (plot.cursor.left ?? 0) < plot.bbox.width / devicePixelRatio / 2);
   }
 }

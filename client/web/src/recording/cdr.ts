@@ -1,4 +1,4 @@
-// Reads the two messages of ROS 2 that a recording is played from, as CDR has them: little-endian, numbers aligned to their size.
+// Reads CDR messages of ROS 2, from which recordings are played: little-endian, numbers aligned to their size.
 import { Damage } from "./source";
 
 /** A `sensor_msgs/JointState`. */
@@ -23,7 +23,7 @@ export interface Transform {
 
 const TEXT = new TextDecoder();
 
-/** Throws where a message ends too soon. */
+/** Reader of a message. Throws if the message ends too soon. */
 class Cdr {
   private at = 4;
   private readonly view: DataView;
@@ -51,7 +51,7 @@ class Cdr {
     return TEXT.decode(this.bytes.subarray(at, at + Math.max(0, length - 1)));
   }
 
-  /** A sequence, each of which takes at least so many bytes. */
+  /** Reads the length of a sequence whose elements take at least this many bytes. */
   list<T>(least: number, read: () => T): T[] {
     const length = this.u32();
     if (length * least > this.bytes.length - this.at) throw tooShort();
@@ -63,9 +63,9 @@ class Cdr {
     return seconds + this.u32() * 1e-9;
   }
 
-  /** Where a number of this size begins. */
+  /** Returns the offset of a number of this size. */
   private take(size: number): number {
-    // Alignment is counted from behind the four bytes of the representation.
+    // Alignment is counted from the end of the four bytes of the representation.
     const at = 4 + Math.ceil((this.at - 4) / size) * size;
     if (at + size > this.bytes.length) throw tooShort();
     this.at = at + size;

@@ -1,4 +1,4 @@
-// Recordings for tests, written with the packages of others: MCAP's own writer, LZ4's, and Foxglove's for messages of ROS 2.
+// Recordings for tests, written with third-party packages: MCAP's writer, LZ4's, and Foxglove's for messages of ROS 2.
 import { McapWriter } from "@mcap/core";
 import { parse } from "@foxglove/rosmsg";
 import { MessageWriter } from "@foxglove/rosmsg2-serialization";
@@ -36,7 +36,7 @@ const writers = { tf: writer(TF), joints: writer(JOINTS), clock: writer("builtin
 /** Contents of the recording to write. */
 export interface Wanted {
   states: number;
-  /** Bytes from which on a chunk ends. A state takes some 600. */
+  /** Bytes after which a chunk ends. A state takes some 600. */
   chunkSize: number;
   /** Whether it is completed. */
   end: boolean;
@@ -49,7 +49,7 @@ export function positionOf(state: number): number {
   return Math.sin(state / 10);
 }
 
-/** An arm with one joint, 100 states a second: the bytes, and where chunks begin. */
+/** Returns the bytes of a recording of an arm with one joint, 100 states a second. */
 export async function recording(wanted: Partial<Wanted> = {}): Promise<Uint8Array<ArrayBuffer>> {
   const { states, chunkSize, end, format, compression }: Wanted = { states: 100, chunkSize: 4000, end: true, format: "1", compression: "lz4", ...wanted };
   const parts: Uint8Array[] = [];

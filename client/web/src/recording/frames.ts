@@ -1,9 +1,12 @@
-// Where links were, from transforms of links in their parents.
+// World poses of links, from transforms of links in their parents.
 import type { Transform } from "./cdr";
 
 /** The frame that robots are in. */
 const WORLD = "world";
-/** Links between a link and the world: more than any robot has, and an end where transforms go round. */
+/**
+ * Maximum number of links between a link and the world: more than any robot has, and an end for cyclic
+ * transforms.
+ */
 const MAX_DEPTH = 10_000;
 
 /** world_from_link by link, by robot: x y z, then the quaternion x y z w. */
@@ -18,7 +21,8 @@ export function worldPoses(...lists: readonly (readonly Transform[])[]): RobotPo
   for (const list of lists) for (const transform of list) parents.set(transform.child, transform);
   const known = new Map<string, Float64Array | null>();
   const resolve = (frame: string): Float64Array | null => {
-    // From the link towards the world, and back: recursion would be as deep as a rope is long.
+    // The search runs from the link towards the world, and back: recursion would be as deep as a rope is
+    // long.
     const way: Transform[] = [];
     let at = frame;
     let base: Float64Array | null = null;
@@ -60,7 +64,7 @@ export function worldPoses(...lists: readonly (readonly Transform[])[]): RobotPo
   return robots;
 }
 
-/** a_from_c of a_from_b and b_from_c. */
+/** Returns a_from_c from a_from_b and b_from_c. */
 function compose(a: Float64Array, b: Float64Array): Float64Array {
   const [ax = 0, ay = 0, az = 0, x = 0, y = 0, z = 0, w = 1] = a;
   const [bx = 0, by = 0, bz = 0, i = 0, j = 0, k = 0, r = 1] = b;

@@ -1,4 +1,4 @@
-// Frames of LZ4, as another implementation writes them, and damaged.
+// Frames of LZ4, from another implementation, and damaged.
 import { compress } from "lz4js";
 import { expect, test } from "vitest";
 import { decompress } from "./lz4";

@@ -1,14 +1,14 @@
 // Decompresses LZ4 frames, which contain the chunks of recordings. The maintained packages need WebAssembly, which a page of
 // the daemon may not run. Nothing in a frame is trusted: reads and writes are checked against the bounds of their buffers.
 
-/** As the frame format has it, in its first four bytes. */
+/** The frame format's magic number, its first four bytes. */
 const MAGIC = 0x184d2204;
 const FLAG = { contentChecksum: 0x04, contentSize: 0x08, blockChecksum: 0x10, dictionary: 0x01 } as const;
-/** A block that is as it was. */
+/** Marks an uncompressed block. */
 const STORED = 0x8000_0000;
 const MIN_MATCH = 4;
 
-/** The content of a frame, which is `size` bytes. Throws if it is anything else. */
+/** Returns the content of a frame, which is `size` bytes. Throws if it is anything else. */
 export function decompress(frame: Uint8Array, size: number): Uint8Array {
   const view = new DataView(frame.buffer, frame.byteOffset, frame.byteLength);
   const u32 = (at: number): number => {
@@ -37,12 +37,12 @@ export function decompress(frame: Uint8Array, size: number): Uint8Array {
     }
     at += length + (flags & FLAG.blockChecksum ? 4 : 0);
   }
-  // The checksums are left: the container has one of the whole chunk.
+  // The checksums are not read: the container has one of the whole chunk.
   if (end !== size) throw damaged();
   return out;
 }
 
-/** Writes a block from `end` on, and returns where it ends. A block may refer to those before it. */
+/** Writes a block from `end` on, and returns its end. A block may refer to those before it. */
 function decompressBlock(block: Uint8Array, out: Uint8Array, end: number): number {
   let at = 0;
   /** A length of four bits continues in bytes while they are 255. */

@@ -1,16 +1,19 @@
-// One file of a recording: where its chunks are, and what is in one of them. Nothing in it is trusted.
+// One file of a recording: the places of its chunks, and their contents. Nothing in it is trusted.
 import { McapIndexedReader, McapRecordBuilder, McapStreamReader, MCAP_MAGIC, Opcode, type TypedMcapRecords } from "@mcap/core";
 import { decompress } from "./lz4";
 import { Damage, type Source } from "./source";
 
-/** The newest format that this page reads. Formats differ in commands, which it does not read; `simd replay` reads one alone. */
+/**
+ * The newest format that this page reads. Formats differ in commands, which the page does not read; `simd replay` reads only
+ * one.
+ */
 const FORMAT = 5;
 const METADATA = "simd.recording";
-/** Bytes of a chunk once it is decompressed: many times of what is written. */
+/** Maximum bytes of a decompressed chunk: many times the written size. */
 const MAX_CHUNK = 32 << 20;
-/** Chunks of a file that was not completed: half a day of them. */
+/** Maximum number of chunks of an incomplete file: half a day of them. */
 const MAX_SCANNED = 100_000;
-/** Bytes in which the beginning of a file is, and what lies between two chunks mostly. */
+/** Bytes that contain the beginning of a file, and mostly the gap between two chunks. */
 const BEGINNING = 64 << 10;
 const BETWEEN = 8 << 10;
 const RECORD_HEAD = 9;
@@ -18,11 +21,11 @@ const RECORD_HEAD = 9;
 const INDEX_HEAD = RECORD_HEAD + 2 + 4;
 const INDEX_ENTRY = 16;
 
-/** Where a chunk is. */
+/** Place of a chunk. */
 export interface ChunkRange {
   offset: number;
   length: number;
-  /** How many messages it has, by topic. */
+  /** Number of its messages by topic. */
   messages: ReadonlyMap<string, number>;
 }
 
@@ -39,13 +42,13 @@ export class McapFile {
   private constructor(
     readonly source: Source,
     readonly chunks: readonly ChunkRange[],
-    /** By their numbers. A channel is said once, in the chunk with its first message. */
+    /** Channels by number. Each is defined once, in the chunk with its first message. */
     private readonly channels: Map<number, TypedMcapRecords["Channel"]>,
-    /** Whether it was completed; else it is read as far as it goes. */
+    /** Whether it was completed; otherwise it is read as far as possible. */
     readonly isComplete: boolean,
   ) {}
 
-  /** Reads where its chunks are. Rejects with a sentence where it is no recording. */
+  /** Reads the places of its chunks. Rejects with a sentence if it is no recording. */
   static async open(source: Source): Promise<McapFile> {
     await checkFormat(source);
     return (await isComplete(source)) ? McapFile.indexed(source) : McapFile.scanned(source);
@@ -60,7 +63,7 @@ export class McapFile {
       const starts = [...index.messageIndexOffsets].map(([channel, at]) => ({ channel, at: Number(at) })).sort((a, b) => a.at - b.at);
       const messages = new Map<string, number>();
       starts.forEach(({ channel, at }, number) => {
-        // Each record of the index is as long as there are messages.
+        // Each record of the index grows with the number of messages.
         const count = ((starts[number + 1]?.at ?? end) - at - INDEX_HEAD) / INDEX_ENTRY;
         if (!Number.isInteger(count) || count < 0 || count > MAX_CHUNK) throw new Error("its index is damaged");
         addTo(messages, channels.get(channel)?.topic ?? "", count);
@@ -70,7 +73,7 @@ export class McapFile {
     return new McapFile(source, chunks.sort((a, b) => a.offset - b.offset), channels, true);
   }
 
-  /** Goes from chunk to chunk, without reading what is in them. */
+  /** Moves from chunk to chunk, without reading their contents. */
   private static async scanned(source: Source): Promise<McapFile> {
     const found: (Omit<ChunkRange, "messages"> & { counts: Map<number, number> })[] = [];
     const window = new Window(source);
@@ -102,12 +105,12 @@ export class McapFile {
     return new McapFile(source, chunks, file.channels, false);
   }
 
-  /** The messages of a chunk, in their order. Rejects with `Damage` where it is damaged, and as its source does. */
+  /** Returns the messages of a chunk, in their order. Rejects with `Damage` if it is damaged, and with errors of its source. */
   async read({ offset, length }: Pick<ChunkRange, "offset" | "length">): Promise<Message[]> {
     const bytes = await this.source.read(offset, length);
     const reader = new McapStreamReader({ noMagicPrefix: true, decompressHandlers: { lz4: decompressChunk } });
     const messages: Message[] = [];
-    // The package takes messages only of channels that it has seen.
+    // The package accepts messages only of channels that it has seen.
     const before = new McapRecordBuilder();
     for (const channel of this.channels.values()) before.writeChannel(channel);
     try {
@@ -128,7 +131,7 @@ export class McapFile {
   }
 }
 
-/** A part of a file that was read last, since records lie close together. */
+/** The last part of the file that was read, since records lie close together. */
 class Window {
   private at = 0;
   private bytes = new Uint8Array(0);
@@ -169,7 +172,7 @@ async function checkFormat(source: Source): Promise<void> {
   throw new Error(`it is a recording of format ${format}, and this page reads 1 to ${FORMAT}${newer}`);
 }
 
-/** Whether it ends as a file does. */
+/** Whether it has the end of a complete file. */
 async function isComplete(source: Source): Promise<boolean> {
   if (source.size < 2 * MCAP_MAGIC.length) return false;
   const end = await source.read(source.size - MCAP_MAGIC.length, MCAP_MAGIC.length);
@@ -185,7 +188,7 @@ function addTo(counts: Map<string, number>, topic: string, count: number): void 
   counts.set(topic, (counts.get(topic) ?? 0) + count);
 }
 
-/** Why, without what the package adds for its own users. */
+/** Returns the reason, without the package's additions for its users. */
 function reason(error: unknown): string {
   const text = error instanceof Error ? error.message : String(error);
   return text.replace(/ \[(library=.*|no header)\]$/, "");

@@ -1,11 +1,11 @@
-// Where the bytes of a recording come from: the daemon, in parts, or a file that was dropped on the page.
+// Source of a recording's bytes: the daemon, in parts, or a file that was dropped on the page.
 import { Code, ConnectError } from "@connectrpc/connect";
 import type { Services } from "../daemon/services";
 
 /** Data that cannot be read on any attempt. Other failures are temporary, such as a lost connection. */
 export class Damage extends Error {}
 
-/** Bytes that are read at one time at most. */
+/** Maximum bytes of one read. */
 export const MAX_READ = 32 << 20;
 
 /** A file that is read in parts. */
@@ -14,7 +14,7 @@ export interface Source {
   name: string;
   /** Bytes. */
   size: number;
-  /** Exactly these bytes; rejects with `Damage` where it has fewer, or they are too many. */
+  /** Returns exactly these bytes; rejects with `Damage` if it has fewer, or if they are too many. */
   read(offset: number, length: number): Promise<Uint8Array>;
 }
 
@@ -34,7 +34,7 @@ export function fileSource(file: Blob & { name: string }): Source {
   };
 }
 
-/** A file of a recording of the daemon, as long as it was when it was asked for. */
+/** A file of a recording of the daemon, with the length that it had at the request. */
 export function daemonSource(recordings: Services["recordings"], name: string, file: string, size: number): Source {
   return {
     name: file,

@@ -1,4 +1,4 @@
-// Recordings as they are, cut short, damaged, and of others.
+// Recordings that are complete, cut short, damaged, or third-party.
 import { afterEach, expect, test, vi } from "vitest";
 import { positionOf, recording } from "./fixture";
 import { McapFile } from "./mcap-file";
@@ -22,7 +22,7 @@ function open(...files: Uint8Array<ArrayBuffer>[]): Promise<Timeline> {
 
 afterEach(() => vi.useRealTimers());
 
-/** All states have what was written. */
+/** All states have the written values. */
 async function check(timeline: Timeline, count: number): Promise<void> {
   expect(timeline.count).toBe(count);
   for (let number = 0; number < count; number += 1) {
@@ -47,7 +47,7 @@ test.each(["lz4", ""] as const)("each state is what was written (%s)", async (co
 }, LONG);
 
 test("chunks that end within a state, and one for all, are the same", async () => {
-  // A state of three messages is in two chunks or more wherever they are small; more than two are more than is written.
+  // In small chunks, a state of three messages spans two chunks or more. More than two exceed the written ones.
   for (const chunkSize of [900, 1000, 1100, 1300]) await check(await open(await recording({ states: 20, chunkSize })), 20);
   await check(await open(await recording({ states: 20, chunkSize: 1 << 20 })), 20);
 }, LONG);
@@ -58,7 +58,7 @@ test("a file that was not completed is read as far as it goes, wherever it ends"
   expect(chunks.length).toBeGreaterThan(8);
   for (const { offset, length } of chunks) {
     for (const cut of [offset - 1, offset, offset + 1, offset + 9, offset + length - 1, offset + length, offset + length + 20]) {
-      // Before the first chunk is what says that it is a recording.
+      // The marks of a recording come before the first chunk.
       if (cut < (chunks[0]?.offset ?? 0)) continue;
       const opened = McapFile.open(source(whole.slice(0, cut)));
       const before = chunks.filter((chunk) => chunk.offset + chunk.length + 20 < cut).length;
@@ -153,7 +153,7 @@ test("what a lost daemon does not give is asked for again, a second later, and i
   await expect(timeline.state(150)).rejects.toThrow("Failed to fetch");
   const before = reads;
   isLost = false;
-  // While it plays it is wanted sixty times a second.
+  // During playback it is requested sixty times a second.
   for (let picture = 0; picture < 30; picture += 1) {
     expect(timeline.peek(150)).toBeUndefined();
     await vi.advanceTimersByTimeAsync(16);

@@ -4,21 +4,24 @@ import { worldPoses, type RobotPoses } from "./frames";
 import { McapFile, type ChunkRange, type Message } from "./mcap-file";
 import { Damage, type Source } from "./source";
 
-/** Bytes of chunks that are kept, decompressed. The one that is shown is kept in any case. */
+/** Maximum bytes of decompressed chunks in memory. The shown chunk always stays. */
 const MAX_KEPT = 64 << 20;
-/** Chunks that are read at first for what is said once, descriptions and links that do not move in others; and for events. */
+/**
+ * Number of chunks that are read at first for descriptions, links that do not move in others, and events. The first two are written
+ * once.
+ */
 const MAX_SAID = 256;
-/** Events that are listed. */
+/** Maximum number of listed events. */
 const MAX_EVENTS = 1000;
-/** Sentences about what could not be read. */
+/** Maximum number of sentences about unreadable parts. */
 const MAX_PROBLEMS = 20;
-/** Milliseconds after a chunk could not be had until one is asked for again. */
+/** Milliseconds after a failed read of a chunk until the next request. */
 const RETRY = 1000;
 
 /** Ending of topics of joint states. */
 const JOINTS = "/joint_states";
 
-/** A state of the world, as messages that are read when they are wanted. */
+/** A state of the world, as messages that are decoded on demand. */
 interface RawState {
   time: bigint;
   frames: Uint8Array;
@@ -51,32 +54,32 @@ export interface RecordedState {
   /** Simulated seconds. */
   simTime: number;
   poses: RobotPoses;
-  /** By the robot's name as topics have it; see `topicPart`. */
+  /** By the robot's name in the form of topics; see `topicPart`. */
   joints: ReadonlyMap<string, JointState>;
 }
 
-/** A robot's name in a topic, which has no hyphen. */
+/** Returns a robot's name in the form of topics, which has no hyphen. */
 export function topicPart(robot: string): string {
   return robot.replaceAll("-", "_");
 }
 
-/** A recording that is open. */
+/** An open recording. */
 export class Timeline {
-  /** URDF by the robot's name as topics have it. */
+  /** URDF by the robot's name in the form of topics. */
   readonly descriptions = new Map<string, string>();
   /** Simulated seconds between states. */
   period = 0.01;
   /** Parts that could not be read; empty if all could. */
   readonly problems = new Set<string>();
   private readonly parts: Part[] = [];
-  /** How many states there are. */
+  /** Number of states. */
   readonly count: number;
   private readonly chunks = new Map<Part, Promise<RawState[]>>();
   private readonly ready = new Map<Part, RawState[]>();
-  /** Links that do not move in others, since when. */
+  /** Links that do not move in others, with the time since when. */
   private readonly fixed: { time: bigint; transforms: Transform[] }[] = [];
   private bytesKept = 0;
-  /** `performance.now()` before which no chunk is asked for. */
+  /** `performance.now()` before which no chunk is requested. */
   private notBefore = 0;
 
   private constructor(files: readonly McapFile[]) {
@@ -103,19 +106,21 @@ export class Timeline {
     return timeline;
   }
 
-  /** A state, which is empty where its chunk is damaged; rejects where that cannot be had now. The number is clamped to those there are. */
+  /**
+   * Returns a state, which is empty if its chunk is damaged; rejects if that cannot be fetched now. The number is clamped to the range.
+   */
   async state(number: number): Promise<RecordedState> {
     const part = this.partOf(this.clamp(number));
     return this.decode(part, await this.load(part), this.clamp(number));
   }
 
-  /** The same where it is at hand; otherwise its chunk is read. */
+  /** Returns the state if its chunk is in memory; otherwise starts to read the chunk. */
   peek(number: number): RecordedState | undefined {
     const clamped = this.clamp(number);
     const part = this.partOf(clamped);
     const states = this.ready.get(part);
     if (states) {
-      // The newest is evicted last.
+      // The newest chunk is evicted last.
       this.ready.delete(part);
       this.ready.set(part, states);
       return this.decode(part, states, clamped);
@@ -124,15 +129,15 @@ export class Timeline {
     return undefined;
   }
 
-  /** Whether the chunk of a state is at hand. */
+  /** Whether the chunk of a state is in memory. */
   isReady(number: number): boolean {
     return this.ready.has(this.partOf(this.clamp(number)));
   }
 
-  /** Reads the chunk of a state, if there is one, so that it is at hand. */
+  /** Reads the chunk of a state, if it exists, into memory. */
   prefetch(number: number): void {
     if (number < 0 || number >= this.count) return;
-    // Damage is among the problems, and what cannot be had now is asked for again.
+    // Damage is among the problems, and chunks that cannot be fetched now are requested again.
     this.load(this.partOf(number)).catch(() => undefined);
   }
 
@@ -142,12 +147,12 @@ export class Timeline {
     return part.first + part.states;
   }
 
-  /** Parts of the row with states, as the number of the first and how many. */
+  /** Returns parts of the row with states: the number of the first, and their count. */
   spans(): { first: number; states: number; bytes: number }[] {
     return this.parts.filter(({ states }) => states > 0).map(({ first, states, chunk }) => ({ first, states, bytes: chunk.length }));
   }
 
-  /** Joint states of a span, which is read and not kept: one for each that was written. */
+  /** Returns joint states of a span, which is read and not kept: one for each written state. */
   async jointsOf(first: number): Promise<ReadonlyMap<string, JointState>[]> {
     const part = this.partOf(first);
     const states = this.ready.get(part) ?? statesOf(await this.messagesOf(part));
@@ -188,7 +193,7 @@ export class Timeline {
       if ((this.parts[middle]?.first ?? 0) <= number) low = middle;
       else high = middle - 1;
     }
-    // The last that begins there: those before it have no states.
+    // Chooses the last part that begins there: the parts before it have no states.
     const part = this.parts[low];
     if (!part) throw new Error("the recording is empty");
     return part;
@@ -198,7 +203,7 @@ export class Timeline {
     const loading = this.chunks.get(part);
     if (loading) return loading;
     const loaded = this.read(part).catch((error: unknown) => {
-      // The daemon does not answer, which says nothing of the chunk.
+      // The daemon does not answer, which proves nothing about the chunk.
       this.chunks.delete(part);
       this.notBefore = performance.now() + RETRY;
       throw error;
@@ -207,7 +212,7 @@ export class Timeline {
     return loaded;
   }
 
-  /** The states of a chunk, none where it is damaged, which are kept. */
+  /** Reads and keeps the states of a chunk; none if it is damaged. */
   private async read(part: Part): Promise<RawState[]> {
     const pause = this.notBefore - performance.now();
     if (pause > 0) await new Promise((resolve) => setTimeout(resolve, pause));
@@ -216,23 +221,23 @@ export class Timeline {
     return states;
   }
 
-  /** Nothing in the place of what is damaged; throws all other errors. */
+  /** Returns nothing in place of damage; throws all other errors. */
   private noneOf(error: unknown): [] {
     if (!(error instanceof Damage)) throw error;
     this.problem(error);
     return [];
   }
 
-  /** The messages of a chunk, behind those of its first state that are in the chunk before. */
+  /** Returns the messages of a chunk, after the messages of its first state that are in the chunk before. */
   private async messagesOf(part: Part): Promise<Message[]> {
     const messages = await part.file.read(part.chunk);
     const isBegun = messages.find(({ topic }) => topic === "/clock" || topic === "/tf" || topic.endsWith(JOINTS))?.topic !== "/clock";
     const before = this.parts[this.parts.indexOf(part) - 1];
     if (!isBegun || part.states === 0 || before?.file !== part.file) return messages;
-    // Where that is damaged the state lacks its joints, and the frames are there.
+    // If that is damaged the state lacks its joints, but has the frames.
     const earlier = await before.file.read(before.chunk).catch((error: unknown) => this.noneOf(error));
     const rest = earlier.slice(earlier.findLastIndex(({ topic }) => topic === "/tf") + 1);
-    // Copies, which do not keep all of that chunk.
+    // Copies do not keep all of that chunk in memory.
     return [...rest.map((message) => ({ ...message, data: message.data.slice() })), ...messages];
   }
 
@@ -286,7 +291,7 @@ export class Timeline {
     }
   }
 
-  /** Takes the middle of some differences, since a reset sets time back. */
+  /** Uses the median of some differences, since a reset sets time back. */
   private async measure(): Promise<void> {
     const times: number[] = [];
     for (let number = 0; number < Math.min(this.count, 20); number += 1) times.push((await this.state(number)).simTime);
@@ -301,7 +306,7 @@ export class Timeline {
   }
 }
 
-/** The states in some messages. A state's messages have one time, of which the frames are the last that is taken. */
+/** Returns the states in some messages. A state's messages have one time, and its frames come last. */
 function statesOf(messages: readonly Message[]): RawState[] {
   const states: RawState[] = [];
   let joints = new Map<string, Uint8Array>();
@@ -325,7 +330,7 @@ function jointsOf({ joints }: RawState): ReadonlyMap<string, JointState> {
   return new Map([...joints].map(([robot, data]) => [robot, jointState(data)]));
 }
 
-/** Views keep the whole chunk that they are in. */
+/** Views would keep the whole chunk in memory. */
 function weight(states: readonly RawState[]): number {
   return states[0]?.frames.buffer.byteLength ?? 0;
 }

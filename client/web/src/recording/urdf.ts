@@ -1,17 +1,17 @@
 // Parts of a URDF that are needed to draw a robot without the daemon: links, primitives, and which joints slide.
 import type { Geometry, Pose, RobotScene, SceneLink, Shape, Vector } from "../state/scene";
 
-/** Links of one robot that are drawn. */
+/** Maximum number of drawn links of one robot. */
 const MAX_LINKS = 10_000;
 
-/** A robot as its description has it. */
+/** A robot from its description. */
 export interface Described {
   scene: RobotScene;
   /** Names of joints whose position is a length. */
   sliding: ReadonlySet<string>;
 }
 
-/** Reads a description; undefined where it cannot be read. Meshes are those of missing files. */
+/** Reads a description; undefined if it cannot be read. Meshes count as missing files. */
 export function described(robot: string, text: string): Described | undefined {
   const root = new DOMParser().parseFromString(text, "application/xml").documentElement;
   if (root.nodeName !== "robot") return undefined;

@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { hook } from "./hook";
 import { Stage } from "./stage";
 
-/** Why nothing can be drawn; empty if it can. */
+/** Reason why nothing can be drawn; empty if it can. */
 const problem = signal("");
 
 /** Draws the world; the camera can be moved, robots selected and links pulled. */
@@ -49,7 +49,7 @@ function begin(holder: HTMLDivElement, canvas: HTMLCanvasElement): (() => void) 
   const lost = () => {
     problem.value = "The browser has taken the graphics away from this page. The picture comes back when it gives them again; if it does not, reload the page. Everything else works.";
   };
-  // After the renderer, which listens too.
+  // Registered after the renderer, which listens too.
   const restored = () => {
     problem.value = "";
     stage.appearance.restored();

@@ -1,5 +1,5 @@
-// Where surfaces are near one another less light comes in: darkens edges and gaps of a picture that is drawn. It is loaded when it is
-// first wanted.
+// Ambient occlusion: darkens edges and gaps of a drawn picture, since less light reaches surfaces that are near one another. Loaded
+// on first use.
 import { DoubleSide, Mesh, MeshStandardMaterial, Vector2, type Material, type Object3D, type Scene, type WebGLRenderer } from "three";
 import { GTAOPass } from "three/examples/jsm/postprocessing/GTAOPass.js";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
@@ -9,11 +9,11 @@ import type { ViewCamera } from "./view-camera";
 const REACH = 0.06;
 const LEAST_REACH = 0.02;
 const MOST_REACH = 0.5;
-/** How much of the light that is hidden is taken away. */
+/** Share of the occluded light that is removed. */
 const INTENSITY = 0.85;
 const SAMPLES = 12;
 
-/** "Practical Realtime Strategies for Accurate Indirect Occlusion" (Jimenez and others, 2016), as three.js has it. */
+/** "Practical Realtime Strategies for Accurate Indirect Occlusion" (Jimenez and others, 2016), in three.js's implementation. */
 export class AmbientOcclusion {
   private readonly pass: GTAOPass;
   private readonly quad: FullScreenQuad;
@@ -35,7 +35,7 @@ export class AmbientOcclusion {
     this.quad = new FullScreenQuad(this.pass.blendMaterial);
   }
 
-  /** Darkens the picture that the renderer has just drawn; what is looked at is so many metres away. */
+  /** Darkens the picture that the renderer has just drawn; the camera's target is this many metres away. */
   darken(renderer: WebGLRenderer, distance: number): void {
     const { x, y } = renderer.getDrawingBufferSize(this.size);
     if (x !== this.pass.width || y !== this.pass.height) this.pass.setSize(x, y);
@@ -44,7 +44,7 @@ export class AmbientOcclusion {
     const { autoClear } = renderer;
     const { background } = this.scene;
     const { autoUpdate } = renderer.shadowMap;
-    // Shadows are as they were for the picture.
+    // Shadows stay as in the picture.
     renderer.shadowMap.autoUpdate = false;
     this.scene.background = null;
     this.hide();
@@ -70,7 +70,7 @@ export class AmbientOcclusion {
     this.quad.dispose();
   }
 
-  /** Leaves out what is no solid thing: marks, names, the grid, and what shines through. */
+  /** Leaves out everything that is not solid: marks, names, the grid, and transparent things. */
   private hide(): void {
     this.scene.traverseVisible((object) => {
       if (!isDrawn(object) || isSolid(object)) return;

@@ -1,4 +1,4 @@
-// A machine that draws slowly draws less while something moves, and all of it once nothing does.
+// A machine that draws slowly draws less during motion, and everything once nothing moves.
 import { Camera, Mesh, PlaneGeometry, Scene, type WebGLRenderer } from "three";
 import { beforeEach, expect, test, vi } from "vitest";
 import { Appearance } from "./appearance";
@@ -9,7 +9,7 @@ import type { ViewCamera } from "./view-camera";
 
 vi.stubGlobal("devicePixelRatio", 1);
 
-/** Pixels of the page for one of the picture, and whether the grid is made of lines, as they were set last. */
+/** Pixels of the page per pixel of the picture, and whether the grid consists of lines, as last set. */
 let ratio = 1;
 let isCheap = false;
 let appearance: Appearance;
@@ -25,7 +25,7 @@ beforeEach(() => {
   appearance.choose("auto");
 });
 
-/** Thirty pictures in a row, so many milliseconds apart. */
+/** Takes thirty pictures in a row, this many milliseconds apart. */
 function draw(interval: number): void {
   for (let picture = 0; picture < 30; picture += 1) appearance.measure(picture * interval, true, true);
 }

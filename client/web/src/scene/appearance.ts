@@ -1,4 +1,4 @@
-// How fine the picture is: light, shadows, reflections, ambient occlusion and pixels, by the choice of the user or by how fast pictures come.
+// Quality of the picture: light, shadows, reflections, ambient occlusion and pixels, by the user's choice or by the frame rate.
 import type { Scene, WebGLRenderer, WebGLRenderTarget } from "three";
 import type { Quality } from "../state/view";
 import type { AmbientOcclusion } from "./ambient-occlusion";
@@ -14,7 +14,7 @@ const MAX_PIXEL_RATIO = 2;
 const LOW_PIXEL_RATIO = 1;
 /** Share of a side's pixels that is drawn while something moves and full pictures come too slowly. */
 const COARSE = 0.5;
-/** Pictures after which that is known: what is too slow is seen at once. */
+/** Number of pictures after which slowness is known: it is visible at once. */
 const FEW = 6;
 /** Intensity of the room's light, beside the sun and the sky. */
 const ROOM_INTENSITY = 0.26;
@@ -23,12 +23,12 @@ const ROOM_INTENSITY = 0.26;
 export class Appearance {
   private readonly times = new FrameTimes();
   private readonly lowTimes = new FrameTimes(FEW);
-  /** "auto" has found that pictures come too slowly, or are drawn by the processor. */
+  /** "auto" has found that pictures come too slowly, or that the processor draws them. */
   private isSlow: boolean;
   private choice: Quality = "auto";
   private room: WebGLRenderTarget | undefined;
   private isLoading = false;
-  /** "auto" has found that there is time for ambient occlusion, or that there is none with it. */
+  /** "auto" has found whether the time suffices for ambient occlusion. */
   private occludes: "unknown" | "yes" | "no" = "unknown";
   private occlusion: AmbientOcclusion | undefined;
   private isLoadingOcclusion = false;
@@ -36,7 +36,7 @@ export class Appearance {
   private halves = false;
   private disposed = false;
 
-  /** `changed` is called when the picture is to be drawn again. */
+  /** `changed` is called if the picture must be drawn again. */
   constructor(
     private readonly renderer: WebGLRenderer,
     private readonly scene: Scene,
@@ -66,13 +66,13 @@ export class Appearance {
     return this.wantsOcclusion() && this.occlusion !== undefined && !this.camera.isFlat;
   }
 
-  /** Draws the picture; what is looked at is so many metres away. */
+  /** Draws the picture; the camera's target is this many metres away. */
   draw(distance: number): void {
     this.renderer.render(this.scene, this.camera);
     if (this.hasOcclusion) this.occlusion?.darken(this.renderer, distance);
   }
 
-  /** Sets the device pixels per CSS pixel of a picture in which something moves or nothing does. Returns whether they are fewer than of a still one. */
+  /** Sets the device pixels per CSS pixel of a picture with or without motion. Returns whether they are fewer than in a still one. */
   setPixels(moves = false): boolean {
     const isCoarse = moves && this.halves && this.quality === "low";
     const full = Math.min(this.quality === "high" ? MAX_PIXEL_RATIO : LOW_PIXEL_RATIO, devicePixelRatio);
@@ -81,7 +81,7 @@ export class Appearance {
     return isCoarse;
   }
 
-  /** Draws as the user wants it. "auto" begins anew, unless no graphics processor draws. */
+  /** Applies the user's choice. "auto" begins again, unless the processor draws. */
   choose(choice: Quality): void {
     if (choice !== this.choice) {
       this.isSlow = isSoftware(this.renderer.getContext());
@@ -112,7 +112,7 @@ export class Appearance {
     this.apply();
   }
 
-  /** Draws anew what the graphics processor has lost: three.js makes everything again but what it has drawn itself. */
+  /** Draws again what the graphics processor has lost: three.js restores everything except textures that it has rendered. */
   restored(): void {
     this.forget();
     this.apply();
@@ -153,7 +153,7 @@ export class Appearance {
       if (this.disposed) return;
       this.room = roomOf(this.renderer);
     } catch {
-      // Not reachable any more: without reflections.
+      // The code is no longer reachable: without reflections.
       return;
     } finally {
       this.isLoading = false;
@@ -169,7 +169,7 @@ export class Appearance {
       if (this.disposed) return;
       this.occlusion = new AmbientOcclusion(this.scene, this.camera);
     } catch {
-      // Not reachable any more: without it.
+      // The code is no longer reachable: without ambient occlusion.
       return;
     } finally {
       this.isLoadingOcclusion = false;

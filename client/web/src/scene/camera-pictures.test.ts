@@ -1,4 +1,4 @@
-// Where the pictures of cameras are in the scene.
+// Position of the cameras' pictures in the scene.
 import { expect, test } from "vitest";
 import { cornersOf } from "./camera-pictures";
 

@@ -7,7 +7,7 @@ import { pointsShown } from "../state/view";
 import type { RobotViews } from "./robot-views";
 
 const COLOR = 0xe11d48;
-/** From the camera to its picture, metres, where it sees as far. */
+/** Maximum distance from the camera to its picture, metres, if its range allows. */
 const AWAY = 0.4;
 
 /**
@@ -25,13 +25,13 @@ export function cornersOf({ width, height, fieldOfView, near, far }: Lens): [num
   ];
 }
 
-/** One that is drawn. */
+/** A drawn picture. */
 interface Drawn {
   sensor: Sensor;
   group: Group;
   picture: SensorPicture;
   texture: DataTexture;
-  /** Those of the texture. */
+  /** Pixels of the texture. */
   pixels: Uint8ClampedArray<ArrayBuffer>;
   dispose(): void;
 }
@@ -72,7 +72,7 @@ export class CameraPictures {
     });
   }
 
-  /** Called for each picture of the scene: they go along with their links. */
+  /** Called for each picture of the scene: pictures move with their links. */
   update(): void {
     for (const { sensor, group } of this.drawn.values()) {
       const view = this.robots.get(sensor.robot);
@@ -85,7 +85,7 @@ export class CameraPictures {
     }
   }
 
-  /** How many are drawn. */
+  /** Number of drawn pictures. */
   count(): number {
     return this.drawn.size;
   }

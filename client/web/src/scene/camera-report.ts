@@ -1,9 +1,9 @@
-// Says where the camera is, for programs that ask.
+// Reports the camera to programs that ask.
 import { MathUtils, type Vector2 } from "three";
 import { shownCamera, type ShownCamera } from "../state/camera";
 import type { Camera } from "./camera";
 
-/** Says where the camera was when a picture of this size was drawn, if it is not where it was. */
+/** Reports the camera of a picture of this size, if it has changed. */
 export function reportCamera({ camera, controls }: Camera, size: Vector2, followed: bigint): void {
   const now: ShownCamera = {
     position: camera.position.toArray(),

@@ -1,4 +1,4 @@
-// Fitting puts all of a box into the view, and no more room around it than there must be.
+// Fitting puts all of a box into the view, with no more margin than necessary.
 import { Box3, PerspectiveCamera, Vector3 } from "three";
 import { expect, test } from "vitest";
 import { distanceToFit } from "./camera";

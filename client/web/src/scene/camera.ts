@@ -14,23 +14,23 @@ const MARGIN = 1.3;
 const NEAREST = 0.05;
 /** Duration of an animation, milliseconds. */
 const FLIGHT = 260;
-/** An orthographic picture shows this many times the distance of the target, in front of the camera and behind it. */
+/** Depth of an orthographic picture in front of the camera and behind it, as a multiple of the target's distance. */
 const FLAT_DEPTH = 60;
 
 /** A camera with its controls. */
 export class Camera {
   readonly camera = new ViewCamera(FIELD, 1, 0.01, 500);
   readonly controls: OrbitControls;
-  /** The user has moved it: from then on it is not fitted to new content. */
+  /** Whether the user has moved it: from then on it is not fitted to new content. */
   movedByUser = false;
-  /** How many times the user has begun to move it. */
+  /** Number of times that the user has begun to move it. */
   gestures = 0;
-  /** It has moved since its view was stored, and not only to be fitted to new content. */
+  /** Whether it has moved since its view was stored, except to fit new content. */
   private unsaved = false;
   private orthographic = false;
   private flight: { began: number; from: View; to: View } | null = null;
 
-  /** `changed` is called when the scene has to be drawn again. */
+  /** `changed` is called if the scene must be drawn again. */
   constructor(canvas: HTMLElement, changed: () => void) {
     this.camera.up.set(0, 0, 1);
     this.camera.position.copy(DIRECTIONS.corner).multiplyScalar(3);
@@ -49,7 +49,7 @@ export class Camera {
     });
     this.restore();
     this.controls.update();
-    // It may be reloaded before it is still.
+    // The page may be reloaded before it is still.
     addEventListener("pagehide", this.leave);
   }
 
@@ -79,21 +79,23 @@ export class Camera {
     this.movedByUser = true;
   }
 
-  /** Goes to a position at once, looking at a target: metres. The vertical field of view is in radians; 0: as it is. */
+  /**
+   * Moves at once to a position, looking at a target: metres. The vertical field of view is in radians; 0 keeps it.
+   */
   look(position: Vector, target: Vector, fieldOfView: number): void {
     this.movedByUser = true;
     this.gestures += 1;
     this.unsaved = true;
     this.flight = null;
     this.widen(fieldOfView);
-    // Without damping an update takes in all that is left of a drag, which would move it on from there.
+    // Without damping, an update applies the rest of a drag, which would otherwise continue from there.
     this.controls.enableDamping = false;
     this.controls.update();
     this.controls.enableDamping = true;
     this.apply({ position: new Vector3(...position), target: new Vector3(...target) });
   }
 
-  /** Sets the vertical field of view, radians; 0: as it is. */
+  /** Sets the vertical field of view, radians; 0 keeps it. */
   widen(fieldOfView: number): void {
     if (fieldOfView <= 0) return;
     this.camera.fov = MathUtils.radToDeg(fieldOfView);
@@ -105,9 +107,9 @@ export class Camera {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Moves along the present direction to where all of a box is just in view. */
+  /** Moves along the present direction until all of a box is just in view. */
   fit(box: Box3, now: number, fly: boolean): void {
-    // A program may have set another one.
+    // A program may have set another field of view.
     this.widen(MathUtils.degToRad(FIELD));
     const center = box.getCenter(new Vector3());
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
@@ -117,7 +119,7 @@ export class Camera {
     this.go(to, now, fly);
   }
 
-  /** Moves it as the user asks by a key or a button. */
+  /** Moves it by the user's key or button. */
   move(move: CameraMove, now: number): void {
     const present = this.flight?.to ?? this.view();
     this.begin();
@@ -138,7 +140,7 @@ export class Camera {
     }
   }
 
-  /** Moves it along with what it follows, metres. */
+  /** Moves it with the object that it follows, metres. */
   carry(shift: Vector3): void {
     for (const point of [this.camera.position, this.controls.target]) point.add(shift);
     for (const view of this.flight ? [this.flight.from, this.flight.to] : []) {
@@ -150,7 +152,7 @@ export class Camera {
   /** Orthographic, or perspective. */
   setOrthographic(on: boolean): void {
     this.orthographic = on;
-    // The controls know the ray to the pointer only in perspective.
+    // The controls compute the ray to the pointer only in perspective.
     this.controls.zoomToCursor = !on;
     this.limitDepth();
   }
@@ -177,7 +179,7 @@ export class Camera {
     }
     const moving = this.controls.update();
     this.limitDepth();
-    // Not before the damping has ended.
+    // Stored only after the damping has ended.
     if (!moving && this.unsaved) this.store();
     return moving;
   }

@@ -1,4 +1,4 @@
-// How constraints are drawn.
+// Drawing of constraints.
 import { Matrix4 } from "three";
 import { expect, test } from "vitest";
 import { MOST_DRAWN, type Constraint } from "../state/constraints";

@@ -12,18 +12,18 @@ const ARROW = 0.005;
 const LONGEST = 0.7;
 /** Length of a dash in a gear's line; the gaps are as long. */
 const DASHES = 7;
-/** How far apart the two heads of an arrow are, as a part of a head's length. */
+/** Distance of the two heads of an arrow, as a part of a head's length. */
 const BETWEEN_HEADS = 0.7;
-/** How much larger the one under the pointer is. */
+/** Scale of the constraint under the pointer. */
 const HOVERED = 2;
 
-/** Finds the frame of a link, and the link of a joint; undefined where there is none. */
+/** Finds the frame of a link, and the link of a joint; undefined if either does not exist. */
 export type Finder = (end: ConstraintEnd) => Matrix4 | undefined;
 
 /** The markers of all constraints. */
 export class ConstraintMarks {
   readonly group = new Group();
-  /** Where the ends of those that are drawn are, by name. */
+  /** Ends of the drawn constraints, by name. */
   readonly anchors = new Map<string, readonly [Vector3, Vector3]>();
   private readonly material = new MeshBasicMaterial({ depthTest: false, transparent: true });
   private readonly marks = new InstancedMesh(new OctahedronGeometry(1), this.material, 2 * MOST_DRAWN);
@@ -74,7 +74,7 @@ export class ConstraintMarks {
     }
   }
 
-  /** How many lines, or dashes of lines, and how many shafts and heads of arrows are drawn. */
+  /** Numbers of drawn lines, or dashes of lines, and of shafts and heads of arrows. */
   drawn(): { lines: number; shafts: number; heads: number } {
     return { lines: this.lines.count, shafts: this.shafts.count, heads: this.heads.count };
   }
@@ -87,7 +87,7 @@ export class ConstraintMarks {
     this.material.dispose();
   }
 
-  /** In so many dashes, of which the first begins at `from` and the last ends at the other end. */
+  /** Draws a line of this many dashes; the first begins at `from` and the last ends at the other end. */
   private line(from: Vector3, way: Vector3, width: number, dashes: number, color: Color): void {
     const parts = 2 * dashes - 1;
     for (let part = 0; part < parts; part += 2) {
@@ -124,7 +124,7 @@ function add(to: InstancedMesh, place: Matrix4, color: Color): void {
   to.count += 1;
 }
 
-/** Where an end is held, world axes. */
+/** Returns the anchor of an end, world axes. */
 function anchor(end: ConstraintEnd, find: Finder): Vector3 | undefined {
   const [x, y, z] = end.pose;
   // The frame of a gear's end is the frame of the link that its joint moves.

@@ -3,10 +3,10 @@ import { MathUtils } from "three";
 import { shortened } from "../panels/quantity";
 import type { ViewCamera } from "./view-camera";
 
-/** CSS pixels of the longest bar. */
+/** Length of the longest bar, CSS pixels. */
 const LONGEST = 110;
 
-/** The largest of 1, 2 and 5 times a power of ten that is not larger. */
+/** Returns the largest of 1, 2 and 5 times a power of ten that does not exceed the value. */
 export function roundBelow(value: number): number {
   const power = 10 ** Math.floor(Math.log10(value));
   return power * (value >= 5 * power ? 5 : value >= 2 * power ? 2 : 1);
@@ -22,7 +22,7 @@ export class ContactScale {
     canvas.after(this.bar);
   }
 
-  /** Shows it for arrows of so many metres a newton, as they are seen at a distance in metres; 0 hides it. */
+  /** Shows it for arrows of this many metres a newton, as seen at a distance in metres; 0 hides it. */
   show(metresPerNewton: number, camera: ViewCamera, distance: number): void {
     const pixelsPerMetre = this.canvas.clientHeight / (2 * distance * Math.tan(MathUtils.degToRad(camera.fov) / 2));
     const newtons = LONGEST / (pixelsPerMetre * metresPerNewton);

@@ -6,16 +6,16 @@ import type { Label } from "./labels";
 import { along, marker } from "./markers";
 import { CONTACT } from "./palette";
 
-/** Contacts that are drawn at most. */
+/** Maximum number of drawn contacts. */
 const MAX_CONTACTS = 400;
 /** Sizes, as fractions of the size of the scene. */
 const DOT = 0.012;
 const LONGEST = 0.7;
 const WIDTH = 0.006;
-/** Forces that are written at most, and the least one as a share of the weight. */
+/** Maximum number of written forces, and their minimum as a share of the weight. */
 const MAX_LABELS = 24;
 const MIN_LABEL = 0.01;
-/** Metres, and shares of the weight: less is not seen. */
+/** Metres, and shares of the weight: smaller changes are invisible. */
 const MIN_MOTION = 1e-5;
 const MIN_FORCE = 2e-3;
 
@@ -66,13 +66,13 @@ export class ContactMarks {
     return true;
   }
 
-  /** How long the arrow of a newton is; 0 if there is nothing to measure by. */
+  /** Returns the arrow's length for a newton; 0 without a weight for the scale. */
   metresPerNewton(): number {
     const { contacts, size, weight } = this.drawn;
     return contacts.length === 0 ? 0 : (0.5 * size) / Math.max(weight, 1e-9);
   }
 
-  /** The forces of the strongest contacts that are drawn, beside them. */
+  /** Returns labels with the forces of the strongest drawn contacts. */
   labels(): Label[] {
     if (!this.group.visible) return [];
     const strongest = this.drawn.contacts.toSorted((a, b) => b.normalForce - a.normalForce).slice(0, MAX_LABELS);

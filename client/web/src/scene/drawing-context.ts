@@ -1,4 +1,4 @@
-// The WebGL context of the view, with what the machine can afford.
+// The WebGL context of the view, with options that suit the machine.
 
 /** Options for every machine. The canvas is opaque, so the browser need not draw behind it. */
 const ALWAYS: WebGLContextAttributes = { alpha: false, stencil: false, powerPreference: "low-power" };
@@ -10,17 +10,17 @@ export function drawingContext(canvas: HTMLCanvasElement): WebGL2RenderingContex
   return context;
 }
 
-/** Whether the processor draws: a context cannot be changed once it says so. */
+/** Whether the processor draws: the context's options cannot be changed afterwards. */
 function drawsInSoftware(): boolean {
   const probe = document.createElement("canvas").getContext("webgl2", { ...ALWAYS, antialias: false, depth: false });
   if (!probe) return true;
   const answer = isSoftware(probe);
-  // Browsers keep few contexts.
+  // Browsers allow few contexts.
   probe.getExtension("WEBGL_lose_context")?.loseContext();
   return answer;
 }
 
-/** Whether the processor draws, as far as the browser says. */
+/** Whether the processor draws, according to the browser. */
 export function isSoftware(context: WebGLRenderingContext | WebGL2RenderingContext): boolean {
   const names = [context.getParameter(context.RENDERER) as unknown];
   const extension = context.getExtension("WEBGL_debug_renderer_info");

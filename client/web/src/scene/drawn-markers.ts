@@ -23,14 +23,14 @@ import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 import type { Marker } from "../state/markers";
 
-/** Texts that are drawn at most: each has a texture. */
+/** Maximum number of drawn texts: each has a texture. */
 const MAX_TEXTS = 512;
 /** Minimum size of a marker that is drawn in a separate call, numbers of its points: others can change without it. */
 const LARGE = 6000;
-/** Pixels of a texture: the height of its letters, and its width at most. */
+/** Height of the letters in a texture, and its maximum width, pixels. */
 const FONT = 64;
 const MAX_WIDTH = 4096;
-/** Height of a line of text, of its letters. */
+/** Height of a line of text, as a multiple of its letters. */
 const LINE = 1.3;
 
 /** Returns world_from_link of a drawn link; undefined if it is not drawn. An empty name stands for the root link. */
@@ -50,7 +50,7 @@ export class DrawnMarkers {
   private readonly batches = new Map<string, Batch>();
   private ink = 0;
 
-  /** Draws these. `ink` is the colour of those that have none. */
+  /** Draws these. `ink` is the default colour. */
   set(markers: Iterable<Marker>, ink: number): void {
     if (ink !== this.ink) this.clear();
     this.ink = ink;
@@ -68,7 +68,7 @@ export class DrawnMarkers {
     }
   }
 
-  /** Moves what is on links to where these are. */
+  /** Moves markers on links to these poses. */
   pose(find: LinkFinder): void {
     for (const { markers, frame } of this.batches.values()) {
       const { robot = "", link = "" } = markers[0] ?? {};
@@ -115,7 +115,7 @@ export class DrawnMarkers {
 
 const IDENTITY = new Matrix4();
 
-/** Those that can be drawn together, each list by what they have in common. */
+/** Returns groups that can be drawn together, each by its shared properties. */
 function grouped(markers: Iterable<Marker>): Map<string, Marker[]> {
   const groups = new Map<string, Marker[]>();
   let texts = 0;
@@ -173,7 +173,7 @@ function transparency([first]: readonly Marker[]): { transparent: boolean; opaci
   return { transparent: opacity < 1, opacity };
 }
 
-/** The colour of each line or point, of so many numbers, as light is added up. */
+/** Returns the linear colour of each line or point, as this many numbers. */
 function colorsOf({ shape, color }: Marker, numbers: number, ink: number): number[][] {
   if (shape.kind === "text") return [];
   const count = shape.points.length / numbers;
@@ -205,7 +205,7 @@ function textOf({ shape, color }: Marker, ink: number): Part | undefined {
     mesh.quaternion.set(...shape.orientation);
     return { object: mesh, dispose: () => [geometry, material, texture].forEach((it) => it.dispose()) };
   }
-  // Over what is nearer, as it is read and not seen.
+  // Drawn over nearer things, since it is to be read.
   const material = new SpriteMaterial({ ...look, depthTest: false });
   const sprite = new Sprite(material);
   sprite.center.set(0, 0);
@@ -215,7 +215,7 @@ function textOf({ shape, color }: Marker, ink: number): Part | undefined {
   return { object: sprite, dispose: () => [material, texture].forEach((it) => it.dispose()) };
 }
 
-/** A text in white, and how much wider than high it is; undefined if the browser cannot. */
+/** Returns a text in white, and its ratio of width to height; undefined if the browser cannot draw it. */
 function write(text: string): { texture: CanvasTexture; aspect: number } | undefined {
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
@@ -226,7 +226,7 @@ function write(text: string): { texture: CanvasTexture; aspect: number } | undef
   const pixels = Math.max(4, Math.min(FONT, Math.floor((FONT * MAX_WIDTH) / Math.max(1, width))));
   canvas.width = Math.max(1, Math.min(MAX_WIDTH, Math.ceil((width * pixels) / FONT)));
   canvas.height = Math.ceil(LINE * pixels);
-  // Its size takes away the settings.
+  // Setting the size resets the settings.
   context.font = font(pixels);
   context.fillStyle = "#ffffff";
   context.textBaseline = "alphabetic";

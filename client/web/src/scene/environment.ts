@@ -1,7 +1,7 @@
-// The light of a bright room, for materials to reflect. It is loaded when it is first wanted.
+// The light of a bright room, for materials to reflect. Loaded on first use.
 import { BackSide, BoxGeometry, Color, Mesh, MeshBasicMaterial, PMREMGenerator, Scene, type WebGLRenderer, type WebGLRenderTarget } from "three";
 
-/** Walls, and panels that shine: brightness, position and size in metres; z is up. */
+/** Walls, and luminous panels: brightness, position and size in metres; z is up. */
 const WALL = 0.55;
 const PANELS: readonly { light: number; at: readonly [number, number, number]; size: readonly [number, number, number] }[] = [
   { light: 9, at: [0, 0, 4.9], size: [5, 3, 0.1] },
@@ -9,7 +9,7 @@ const PANELS: readonly { light: number; at: readonly [number, number, number]; s
   { light: 3, at: [-2, -5.9, 1.5], size: [5, 0.1, 2.5] },
   { light: 3, at: [-5.9, 3, 1], size: [0.1, 2, 3] },
 ];
-/** The floor throws back less. */
+/** The floor reflects less. */
 const FLOOR = 0.3;
 
 /** Draws it, ready for materials of any roughness; the caller disposes of it. */

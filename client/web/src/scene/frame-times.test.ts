@@ -22,7 +22,7 @@ test("frames that draw nothing, pauses and a hidden tab say nothing", () => {
   expect(after(() => 60, (n) => n % 2 === 0).isSlow()).toBe(false);
   expect(after(() => 5000).isSlow()).toBe(false);
   const times = new FrameTimes();
-  // One picture each second, none of which asks for the next.
+  // One picture each second, none of which requests the next.
   for (let at = 0; at < 60_000; at += 1000) times.take(at, true, false);
   expect(times.isSlow()).toBe(false);
 });

@@ -1,24 +1,26 @@
-// Whether pictures come so slowly that less should be drawn.
+// Detects pictures that come so slowly that less should be drawn.
 
-/** Milliseconds from one picture to the next that are too many. */
+/** Interval above which pictures are too slow, milliseconds. */
 const SLOW = 40;
-/** Milliseconds that leave time to draw more. */
+/** Interval below which more can be drawn, milliseconds. */
 const FAST = 20;
-/** Minimum interval that counts as too slow, milliseconds. */
+/** Interval above which added detail takes excessive time, milliseconds. */
 const LATE = 25;
 /** Default number of intervals that are considered. */
 const COUNT = 24;
 /** A longer interval is no slow picture: the tab was hidden, or the machine slept. */
 const LONGEST = 2000;
 
-/** Measures the time between pictures that follow upon each other. */
+/** Measures the time between consecutive pictures. */
 export class FrameTimes {
   private intervals: number[] = [];
   private last: number | undefined;
 
   constructor(private readonly count = COUNT) {}
 
-  /** Takes the time of an animation frame in milliseconds: whether it drew, and whether it asked for the next. */
+  /**
+   * Takes the time of an animation frame in milliseconds, whether it drew, and whether it requested the next.
+   */
   take(at: number, drew: boolean, goesOn: boolean): void {
     if (drew && this.last !== undefined && at - this.last < LONGEST) {
       this.intervals.push(at - this.last);
@@ -37,17 +39,17 @@ export class FrameTimes {
     return (this.median() ?? Infinity) < FAST;
   }
 
-  /** Whether half of the newest pictures did not come as fast as that. */
+  /** Whether half of the newest pictures were slower than added detail allows. */
   isLate(): boolean {
     return (this.median() ?? 0) > LATE;
   }
 
-  /** Milliseconds from one of the newest pictures to the next; undefined while there are too few. */
+  /** Returns the median milliseconds between the newest pictures; undefined while they are too few. */
   private median(): number | undefined {
     return this.intervals.length < this.count ? undefined : [...this.intervals].sort((a, b) => a - b)[Math.floor(this.count / 2)];
   }
 
-  /** Begins anew. */
+  /** Forgets all times. */
   forget(): void {
     this.intervals = [];
     this.last = undefined;

@@ -1,8 +1,8 @@
-// Pictures on primitives are where their materials say.
+// Pictures on primitives lie as their materials specify.
 import { expect, test } from "vitest";
 import { PLANE_RADIUS, repeatPicture, triangles, type Primitive } from "./geometries";
 
-/** The place in the picture of each corner, with where that is. */
+/** Returns the picture coordinates of each corner, with its position. */
 function places(primitive: Primitive, repeat: { x: number; y: number; perMetre: boolean }): { at: number[]; uv: number[] }[] {
   const made = triangles(primitive);
   repeatPicture(made, primitive, repeat);

@@ -5,10 +5,10 @@ import type { Geometry, TextureRepeat } from "../state/scene";
 /** Radius of a drawn plane, metres: the fog hides its edge. */
 export const PLANE_RADIUS = 200;
 
-/** All shapes but those that are fetched from the daemon. */
+/** All shapes except those that are fetched from the daemon. */
 export type Primitive = Exclude<Geometry, { kind: "mesh" | "convex" }>;
 
-/** The triangles of a primitive; the caller disposes of them. */
+/** Returns the triangles of a primitive; the caller disposes of them. */
 export function triangles(primitive: Primitive): BufferGeometry {
   switch (primitive.kind) {
     case "box":
@@ -27,12 +27,12 @@ export function triangles(primitive: Primitive): BufferGeometry {
   }
 }
 
-/** Puts a picture on the triangles of a primitive as often as its material says. */
+/** Repeats a picture on the triangles of a primitive as its material specifies. */
 export function repeatPicture(made: BufferGeometry, primitive: Primitive, { x, y, perMetre }: TextureRepeat): void {
   const places = made.getAttribute("uv");
   for (let index = 0; index < places.count; index += 1) {
     const [across, up] = perMetre ? metres(primitive, index) : [1, 1];
-    // On what is measured in metres the middle of a picture is in the middle; else a picture begins at the edge.
+    // On surfaces measured in metres, the picture's middle is in their middle; on others it begins at the edge.
     const from = perMetre ? 0.5 : 0;
     places.setXY(index, from + (places.getX(index) - from) * x * across, from + (places.getY(index) - from) * y * up);
   }

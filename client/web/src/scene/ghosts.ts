@@ -1,4 +1,4 @@
-// The robots of a recording: translucent beside the live ones, or as themselves where those are hidden.
+// Robots of a recording: translucent beside the live ones, or opaque if those are hidden.
 import { Box3, Group } from "three";
 import type { Ghosts } from "../state/playback";
 import type { MeshCache } from "./mesh-cache";
@@ -11,7 +11,7 @@ import { Surface } from "./surface";
 export class GhostViews {
   readonly group = new Group();
   private readonly views = new Map<string, RobotView>();
-  /** In front of a live robot at the same place. */
+  /** Drawn in front of a live robot at the same place. */
   private readonly paint = new Surface({ color: GHOST, transparent: true, opacity: 0.45, roughness: 0.8, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
   private alone = false;
 
@@ -22,7 +22,7 @@ export class GhostViews {
     private readonly changed: () => void,
   ) {}
 
-  /** Draws these robots and no others. Returns whether any came or went. */
+  /** Draws exactly these robots. Returns whether any came or went. */
   show(ghosts: Ghosts | null, alone: boolean): boolean {
     let changed = false;
     for (const [name, view] of this.views) {
@@ -46,14 +46,14 @@ export class GhostViews {
     return changed;
   }
 
-  /** world_from_link as it is drawn: x y z, then the quaternion x y z w. */
+  /** Returns world_from_link as drawn: x y z, then the quaternion x y z w. */
   pose(robot: string, link: string): number[] | undefined {
     const view = this.views.get(robot);
     const index = view?.scene.links.findIndex(({ name }) => name === link) ?? -1;
     return view && index >= 0 ? view.drawnPose(index) : undefined;
   }
 
-  /** Empty where there are none. */
+  /** Empty without any. */
   bounds(): Box3 {
     const box = new Box3();
     for (const view of this.views.values()) box.union(view.bounds());

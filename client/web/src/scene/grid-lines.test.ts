@@ -1,4 +1,4 @@
-// The grid of lines has its lines at whole metres, and fades out at its reach.
+// The grid has its lines at whole metres, and fades out at its reach.
 import { expect, test } from "vitest";
 import { gridCorners } from "./grid-lines";
 

@@ -1,4 +1,4 @@
-// The grid as lines: a processor that draws takes a third of the time of a picture for the shaded one.
+// The grid as lines: a processor that draws needs a third of a picture's time for the shaded one.
 import { BufferAttribute, BufferGeometry, Color, LineBasicMaterial, LineSegments } from "three";
 
 /** Metres between lines, the finest first, and the opacity of each. */
@@ -7,26 +7,26 @@ const KINDS = [
   { spacing: 1, opacity: 0.5 },
   { spacing: 10, opacity: 0.5 },
 ] as const;
-/** Lines in one direction on one side of the middle, at most: closer ones would flicker. */
+/** Maximum number of lines in one direction on one side of the middle: closer ones would flicker. */
 const MOST = 120;
-/** A line fades in so many steps. */
+/** Number of steps in which a line fades. */
 const PARTS = 10;
-/** The grid is made anew when its reach has changed by this factor, or its middle has moved by this share of it. */
+/** Relative changes of the reach and of the middle after which the grid is rebuilt. */
 const ZOOMED = 1.25;
 const MOVED = 0.1;
 const X_AXIS = [0.85, 0.28, 0.25] as const;
 const Y_AXIS = [0.28, 0.62, 0.3] as const;
 const AXIS_OPACITY = 0.6;
-/** Above the ground in its plane, as a share of the reach. */
+/** Height above the ground, as a share of the reach. */
 const LIFT = 2e-5;
 
-/** One corner of a line: metres, and what its colour is mixed of. */
+/** One end of a line: metres, and the weights of its colour. */
 type Corner = readonly [x: number, y: number, red: number, green: number, blue: number, opacity: number];
 
-/** Corners of the lines around a middle that fade out at a reach, two a segment: metres. */
+/** Returns ends of the lines around a middle that fade out at a reach, two a segment: metres. */
 export function gridCorners(x: number, y: number, reach: number, colour: readonly [number, number, number]): Corner[] {
   const corners: Corner[] = [];
-  // The coarser of two kinds that fit has its lines brighter, over the finer.
+  // The coarser of two fitting spacings has brighter lines, over the finer.
   const fitting = KINDS.filter(({ spacing }) => reach / spacing <= MOST && reach / spacing >= 1);
   for (const { spacing, opacity } of fitting) {
     for (const isAlongX of [true, false]) {
@@ -47,13 +47,13 @@ export function gridCorners(x: number, y: number, reach: number, colour: readonl
   return corners;
 }
 
-/** As the shaded grid fades: GLSL's `1 - smoothstep(0.25, 1, share)`. */
+/** Fades like the shaded grid: GLSL's `1 - smoothstep(0.25, 1, share)`. */
 function faded(share: number): number {
   const t = Math.min(1, Math.max(0, (share - 0.25) / 0.75));
   return 1 - t * t * (3 - 2 * t);
 }
 
-/** Lines that follow what is looked at. */
+/** Lines that follow the camera's target. */
 export class GridLines {
   readonly lines: LineSegments<BufferGeometry, LineBasicMaterial>;
   private readonly colour = new Color();

@@ -1,9 +1,9 @@
-// The grid, with lines at a spacing of a metre that fade out with the distance: shaded, or of lines where the processor draws.
+// The grid, with lines at a spacing of a metre that fade out with the distance: shaded, or as lines if the processor draws.
 import { Color, Mesh, PlaneGeometry, ShaderMaterial, type Object3D } from "three";
 import { GridLines } from "./grid-lines";
 import type { Palette } from "./palette";
 
-/** Radius in metres; the lines fade out before. */
+/** Radius in metres; the lines fade out before it. */
 const REACH = 200;
 
 const VERTEX = /* glsl */ `
@@ -45,7 +45,7 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
-/** The grid, which is no part of the simulation: it takes no shadow, so that it does not look like something solid. */
+/** The grid, which is not part of the simulation: it takes no shadow, so that it does not look solid. */
 export class Grid {
   private readonly lines: ShaderMaterial;
   private readonly plane = new PlaneGeometry(2 * REACH, 2 * REACH);
@@ -62,7 +62,7 @@ export class Grid {
       transparent: true,
       depthWrite: false,
       side: 2,
-      // Before ground that lies in the same plane.
+      // Drawn before ground in the same plane.
       polygonOffset: true,
       polygonOffsetFactor: -2,
       polygonOffsetUnits: -8,
@@ -82,7 +82,7 @@ export class Grid {
     this.apply();
   }
 
-  /** Draws lines only, and not each pixel of the ground. */
+  /** Draws lines only, instead of each pixel of the ground. */
   simplify(isCheap: boolean): void {
     this.isCheap = isCheap;
     this.apply();

@@ -1,4 +1,4 @@
-// Handles in the picture that move robots, ends of arms and joints; their code is loaded when something is first placed.
+// Handles in the picture that move robots, ends of arms and joints; their code is loaded on first use.
 import { effect } from "@preact/signals";
 import type { Scene } from "three";
 import type { Gizmo } from "../build/gizmo";
@@ -13,11 +13,11 @@ export interface HandleScene {
   camera: Camera;
   canvas: HTMLCanvasElement;
   robots: RobotViews;
-  /** Asks for a picture. */
+  /** Requests a picture. */
   changed: () => void;
 }
 
-/** The handles of one scene, which may not be there yet. */
+/** The handles of one scene, once they are loaded. */
 export class Handles {
   private gizmo: Gizmo | null = null;
   private disposed = false;
@@ -32,7 +32,7 @@ export class Handles {
     });
   }
 
-  /** Called for each picture, before it is drawn: they go along with what they are on. */
+  /** Called for each picture, before it is drawn: handles move with their object. */
   update(): void {
     this.gizmo?.update();
   }

@@ -9,49 +9,49 @@ import type { Stage } from "./stage";
 
 /** `window.simd`. */
 export interface Hook {
-  /** The position of a point of the world, in metres, on the page, in CSS pixels. */
+  /** Returns the position of a point of the world, in metres, on the page, in CSS pixels. */
   project(point: readonly [number, number, number]): { x: number; y: number };
   /** The newest state. */
   frame(): Frame | null;
-  /** The sequence of the newest state that is drawn. */
+  /** The sequence of the newest drawn state. */
   drawn(): bigint;
   /** Whether nothing is pending: all meshes are loaded, and the newest state is drawn. */
   settled(): boolean;
-  /** Moves the camera, or returns where it is: metres. */
+  /** Moves the camera, or returns its position: metres. */
   camera: {
     position(): [number, number, number];
     target(): [number, number, number];
     look(position: readonly [number, number, number], target: readonly [number, number, number]): void;
     fit(robot?: string): void;
   };
-  /** The recording that is shown, at the state that is drawn. */
+  /** The shown recording, at the drawn state. */
   recording: {
-    /** Null if there is none. */
+    /** Null without one. */
     state(): { number: number; simTime: number; joints: Record<string, { name: string[]; position: number[] }> } | null;
-    /** world_from_link of a robot of the recording, as it is drawn: x y z, then the quaternion x y z w. */
+    /** Returns world_from_link of a robot of the recording, as drawn: x y z, then the quaternion x y z w. */
     pose(robot: string, link: string): number[] | undefined;
   };
-  /** Where the centre of mass of a robot is marked, world axes; undefined if it is not. */
+  /** Returns the marked centre of mass of a robot, world axes; undefined if it is not marked. */
   centreOfMass(robot: string): number[] | undefined;
-  /** How many points that sensors have met are drawn. */
+  /** Number of drawn points of sensors. */
   points(): number;
-  /** How many pictures of cameras are drawn in the scene. */
+  /** Number of cameras' pictures that are drawn in the scene. */
   cameraPictures(): number;
-  /** Where the ends of a constraint are drawn, world axes; undefined if it is not. */
+  /** Returns the drawn ends of a constraint, world axes; undefined if it is not drawn. */
   constraint(name: string): [number[], number[]] | undefined;
-  /** Points of a marker as they are drawn, world axes; undefined if it is not. */
+  /** Returns the drawn points of a marker, world axes; undefined if it is not drawn. */
   marker(id: bigint): number[][] | undefined;
   /** Whether the pointer is on a handle, or drags one. */
   handle(): boolean;
-  /** How fine the picture is. */
+  /** Quality of the picture. */
   quality(): "low" | "high";
-  /** Whether gaps and edges are darkened. */
+  /** Whether ambient occlusion is drawn. */
   occlusion(): boolean;
   stats: {
-    /** Since the page was loaded. */
+    /** Counts since the page was loaded. */
     pictures(): number;
     requests(): number;
-    /** States that arrived. */
+    /** Number of received states. */
     frames(): number;
   };
 }

@@ -1,7 +1,7 @@
-// The solid ellipsoid of even density that has a given mass and inertia.
+// The solid ellipsoid of uniform density with a given mass and inertia.
 import { Matrix4, Vector3 } from "three";
 
-/** Sweeps of the eigenvalue iteration; four are the rule. */
+/** Maximum sweeps of the eigenvalue iteration; four are usual. */
 const SWEEPS = 12;
 
 /**
@@ -42,12 +42,12 @@ export function principal([xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0]: read
   return { moments: [at(m, 0, 0), at(m, 1, 1), at(m, 2, 2)], axes: v };
 }
 
-/** link_from_ellipsoid of a ball of one metre: its axes and semi-axes, at the centre of mass. Undefined for what has no mass. */
+/** Returns link_from_ellipsoid of a ball of one metre: its axes and semi-axes, at the centre of mass. Undefined without a mass. */
 export function ellipsoidOf(mass: number, centre: readonly [number, number, number], inertia: readonly number[]): Matrix4 | undefined {
   if (!(mass > 0) || inertia.length !== 6) return undefined;
   const { moments, axes } = principal(inertia);
   const [a, b, c] = moments;
-  // I_x = m (b^2 + c^2) / 5, and so on. Inertias of descriptions may be none of any body: then an axis is thin.
+  // I_x = m (b^2 + c^2) / 5, and so on. Inertias of descriptions may be impossible: then an axis is thin.
   const semi = [b + c - a, a + c - b, a + b - c].map((sum) => Math.sqrt(Math.max(0, (5 * sum) / (2 * mass))));
   const longest = Math.max(...semi);
   if (!(longest > 0) || !Number.isFinite(longest)) return undefined;

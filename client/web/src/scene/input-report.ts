@@ -3,9 +3,9 @@ import { inputFor, pushInput, type MouseButton } from "../state/input";
 
 const BUTTONS: readonly MouseButton[] = ["left", "middle", "right"];
 
-/** Listens until it is disposed of. */
+/** Listens to events until it is disposed of. */
 export class InputReport {
-  /** Those that are held down, by their code. */
+  /** Keys that are held down, by their code. */
   private readonly down = new Map<string, string>();
   private readonly listening = new AbortController();
   private readonly ends: (() => void)[] = [];
@@ -14,7 +14,7 @@ export class InputReport {
     const { signal } = this.listening;
     window.addEventListener("keydown", (event) => this.press(event), { signal });
     window.addEventListener("keyup", (event) => this.release(event.code, event.key), { signal });
-    // The page does not see what is released in another window.
+    // The page does not receive releases in another window.
     window.addEventListener("blur", () => this.releaseAll(), { signal });
     canvas.addEventListener("pointermove", (event) => this.point(event, null, false), { signal });
     canvas.addEventListener("pointerdown", (event) => this.point(event, BUTTONS[event.button] ?? null, true), { signal, capture: true });
@@ -33,7 +33,8 @@ export class InputReport {
 
   private press(event: KeyboardEvent): void {
     if (inputFor.peek() === null || event.isComposing || isTyped(event.target)) return;
-    // Neither scrolls the page nor presses a button; the browser's own keys stay, and the sheet of the page's keys.
+    // Keys neither scroll the page nor press a button; the browser's shortcuts stay, and so does the page's
+    // help key.
     if (!event.ctrlKey && !event.altKey && !event.metaKey && !/^(Tab|F\d+|\?)$/.test(event.key)) event.preventDefault();
     if (event.repeat || this.down.has(event.code)) return;
     this.down.set(event.code, event.key);
@@ -56,7 +57,7 @@ export class InputReport {
   }
 }
 
-/** Whether keys are for a field or a dialog of the page. */
+/** Whether keys belong to a field or a dialog of the page. */
 function isTyped(target: EventTarget | null): boolean {
   if (!(target instanceof HTMLElement)) return false;
   if (target.isContentEditable || target.closest("dialog[open]") || target.matches("textarea, select")) return true;

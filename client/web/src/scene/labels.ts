@@ -1,18 +1,18 @@
-// Names beside points of the scene, as text of the page: it is sharp at any size, and takes the colours of the page.
+// Names beside points of the scene, as text of the page: sharp at any size, and in the page's colours.
 import { Vector3 } from "three";
 import { projected, type ViewCamera } from "./view-camera";
 
-/** Names that are shown at most. */
+/** Maximum number of shown names. */
 const MOST = 200;
 
-/** A name, and where it belongs. */
+/** A name, and its position. */
 export interface Label {
   text: string;
   /** World axes. */
   at: Vector3;
 }
 
-/** A layer over the canvas. It is no part of what is read aloud: the panel has the same names. */
+/** A layer over the canvas. Screen readers skip it: the panel has the same names. */
 export class Labels {
   private readonly layer = document.createElement("div");
   private readonly texts: HTMLElement[] = [];
@@ -23,7 +23,7 @@ export class Labels {
     canvas.after(this.layer);
   }
 
-  /** Shows these and no others. */
+  /** Shows exactly these. */
   show(labels: readonly Label[], camera: ViewCamera): void {
     const [width, height] = labels.length > 0 ? [this.canvas.clientWidth, this.canvas.clientHeight] : [0, 0];
     let shown = 0;

@@ -1,4 +1,4 @@
-// Where rays of a lidar end.
+// End points of a lidar's rays.
 import { expect, test } from "vitest";
 import type { Pose } from "../state/scene";
 import { pointsOf } from "./lidar-points";

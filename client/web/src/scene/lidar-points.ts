@@ -10,7 +10,7 @@ import type { RobotViews } from "./robot-views";
 const SIZE = 3;
 const COLOR = 0xe11d48;
 
-/** Directions of the rays of a scan, in the sensor's frame: row by row from the least vertical angle on. */
+/** Returns directions of the rays of a scan, in the sensor's frame: row by row from the least vertical angle on. */
 export function rayOf({ horizontal, vertical }: Scan, index: number): Vector3 {
   const columns = Math.max(1, horizontal.samples);
   const angle = ({ samples, min, max }: Scan["horizontal"], at: number): number => (samples > 1 ? min + ((max - min) * at) / (samples - 1) : min);
@@ -18,7 +18,10 @@ export function rayOf({ horizontal, vertical }: Scan, index: number): Vector3 {
   return new Vector3(Math.cos(up) * Math.cos(turn), Math.cos(up) * Math.sin(turn), Math.sin(up));
 }
 
-/** Where the rays of a reading ended, in the link's frame, three numbers a point; rays that met nothing have none. */
+/**
+ * Returns the end points of a reading's rays in the link's frame, three numbers a point. Rays without a hit have
+ * none.
+ */
 export function pointsOf(scan: Scan, linkFromSensor: Pose, ranges: readonly number[]): Float32Array<ArrayBuffer> {
   const [x, y, z, qx, qy, qz, qw] = linkFromSensor;
   const turn = new Quaternion(qx, qy, qz, qw);
@@ -58,7 +61,7 @@ export class LidarPoints {
     });
   }
 
-  /** Called for each picture: the points go along with their links. */
+  /** Called for each picture: the points move with their links. */
   update(): void {
     for (const { points, robot, link } of this.drawn) {
       const view = this.robots.get(robot);
@@ -71,7 +74,7 @@ export class LidarPoints {
     }
   }
 
-  /** How many points are drawn. */
+  /** Number of drawn points. */
   count(): number {
     return this.drawn.reduce((sum, { points }) => sum + (points.geometry.getAttribute("position")?.count ?? 0), 0);
   }

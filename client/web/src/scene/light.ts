@@ -13,7 +13,7 @@ const BESIDE_ROOM = 0.5;
  */
 const ZOOMED = 1.3;
 const MOVED = 0.25;
-/** The radius of what is seen about what is looked at, as a share of the distance. */
+/** Radius of the visible area about the target, as a share of the distance. */
 const SEEN = 0.9;
 
 /** Both lights. */
@@ -44,7 +44,7 @@ export class Light {
     this.balance();
   }
 
-  /** Shadows or none, and the light of a room beside the own or not. */
+  /** Sets shadows and the room's light on or off. */
   refine(shadows: boolean, room: boolean): void {
     this.sun.castShadow = shadows;
     this.hasRoom = room;
@@ -55,8 +55,9 @@ export class Light {
     this.sky.intensity = this.skyIntensity * (this.hasRoom ? BESIDE_ROOM : 1);
   }
 
-  /** Fits the shadow map to what is seen of the content, from this distance to a point: also from near shadows have fine
-   * edges. */
+  /**
+   * Fits the shadow map to the visible content, from this distance to a point: close views have fine shadow edges too.
+   */
   cover(content: Sphere, target: Vector3, distance: number): void {
     const seen = new Sphere(target, SEEN * distance);
     const wanted = seen.radius < content.radius ? seen : content;
@@ -67,7 +68,7 @@ export class Light {
     this.content.copy(content);
     if (!isFine) fitted.copy(wanted);
     const reach = Math.max(0.2, 1.6 * fitted.radius);
-    // All of the content throws shadows, also from outside of what is seen.
+    // All of the content casts shadows, even from outside of the view.
     const depth = Math.max(reach, content.radius + content.center.distanceTo(fitted.center));
     const { camera } = this.sun.shadow;
     this.sun.target.position.copy(fitted.center);

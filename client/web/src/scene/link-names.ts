@@ -9,7 +9,7 @@ import type { Robot } from "../state/world";
 import type { Label } from "./labels";
 import type { RobotView } from "./robot-view";
 
-/** Where they are drawn, world axes. */
+/** Returns labels at the drawn positions, world axes. */
 export function namesOf(views: Iterable<RobotView>): Label[] {
   const hovered = hoveredLink.peek();
   const robot = shownRobot.peek();
@@ -27,13 +27,13 @@ export function namesOf(views: Iterable<RobotView>): Label[] {
   return labels;
 }
 
-/** A link's name, with the client that has claimed the robot, at its root, or the joint that moves the link. */
+/** Returns a link's name with the client that has claimed the robot (at its root), or with the joint that moves the link. */
 function withHolder(name: string, index: number, { claimedBy, axes }: Robot): string {
   const holder = index === 0 && claimedBy !== "" ? claimedBy : (axes.find(({ childLink }) => childLink === name)?.claimedBy ?? "");
   return holder === "" ? name : `${name} · claimed by ${holder}`;
 }
 
-/** The newest reading of each sensor of a robot, one below the other where they are at one link. */
+/** Returns the newest reading of each sensor of a robot, one below the other at the same link. */
 function readingsOf(view: RobotView): Label[] {
   const texts = new Map<number, string[]>();
   for (const { robot, name, on } of sensors.peek()) {

@@ -1,15 +1,15 @@
-// Materials, one for each colour and picture; and variants of them, which are their users' own.
+// Materials, one for each colour and picture; and variants of them, which belong to their users.
 import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, RepeatWrapping, SRGBColorSpace, TextureLoader, type Material, type Texture } from "three";
 import type { Shape } from "../state/scene";
 import { COLLISION, HIGHLIGHT, MISSING, UNCOLOURED } from "./palette";
 import { Surface } from "./surface";
 
-/** Samples of a picture along where it is narrow; browsers take fewer where they cannot. */
+/** Samples of a picture along its narrow direction; browsers limit them. */
 const ANISOTROPY = 8;
 
 type Rgba = NonNullable<Shape["color"]> | readonly [number, number, number, number];
 
-/** All materials but those of mesh files. */
+/** All materials except those of mesh files. */
 export class Materials {
   private readonly solids = new Map<string, MeshStandardMaterial>();
   private readonly textures = new Map<string, Texture>();
@@ -40,8 +40,10 @@ export class Materials {
     return this.loading === 0;
   }
 
-  /** The material of a colour, or of the default one, with a picture or without. Meshes may be open shells, which are drawn
-   * two-sided. */
+  /**
+   * Returns the material of a colour, or of the default one, with a picture or without. Meshes may be open shells, which are
+   * drawn two-sided.
+   */
   solid(color: Rgba | undefined, isShell = false, texture?: string): MeshStandardMaterial {
     const key = `${color?.join() ?? ""} ${isShell} ${texture ?? ""}`;
     let material = this.solids.get(key);
@@ -50,7 +52,7 @@ export class Materials {
       material = new Surface({ color: UNCOLOURED, ...FINISH, side });
       if (color) tint(material, color);
       if (texture !== undefined) {
-        // The picture as it is, where there is no colour.
+        // Without a colour the picture is unchanged.
         if (!color) material.color.set(0xffffff);
         material.map = this.texture(texture);
       }
@@ -85,13 +87,16 @@ export class Materials {
   }
 }
 
-/** One for `tint`, with the picture of a material. The caller disposes of it: programs may change colours with each state. */
+/**
+ * Returns a material for `tint`, with the picture of a material. The caller disposes of it: programs may change colours with
+ * each state.
+ */
 export function colourable(material: Material): MeshStandardMaterial {
   const map = material instanceof MeshStandardMaterial ? material.map : null;
   return new Surface({ ...FINISH, side: material.side, map });
 }
 
-/** Gives a material a colour, which its picture is multiplied by. */
+/** Gives a material a colour, which multiplies its picture. */
 export function tint(material: MeshStandardMaterial, [red, green, blue, alpha]: Rgba): void {
   material.color.setRGB(red, green, blue, SRGBColorSpace);
   // Transparent materials use a different shader program.
@@ -100,14 +105,17 @@ export function tint(material: MeshStandardMaterial, [red, green, blue, alpha]: 
   material.opacity = alpha;
 }
 
-/** The highlighted variant of a material. The caller disposes of it. */
+/** Returns the highlighted variant of a material. The caller disposes of it. */
 export function highlighted(material: Material): Material {
   const variant = material.clone();
   if (variant instanceof MeshStandardMaterial) highlight(variant);
   return variant;
 }
 
-/** Adds emission of the own colour; bright and dark colours are tinted instead, on which that would hardly show. */
+/**
+ * Adds emission of the material's colour. Bright and dark colours are tinted instead, since emission would hardly show on
+ * them.
+ */
 function highlight(material: MeshStandardMaterial): void {
   const accent = new Color(HIGHLIGHT);
   const { r, g, b } = material.color;

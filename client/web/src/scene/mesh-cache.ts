@@ -1,23 +1,23 @@
-// MeshCache and convex colliders by their address: each is fetched once, shared by all that show it, and disposed of with the last.
+// Cache of meshes and convex colliders by their address: each is fetched once, shared by its users, and disposed of with the last.
 import { Group, Mesh, MeshStandardMaterial, type BufferGeometry, type Material, type Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import type { Geometry } from "../state/scene";
 import { Surface } from "./surface";
 
-/** A mesh that is in use. */
+/** A mesh in use. */
 interface Entry {
   users: number;
   /** Undefined if it could not be fetched. */
   loaded: Promise<Object3D | undefined>;
 }
 
-/** The address of a mesh or a convex collider; undefined if the file of the mesh is missing. */
+/** Returns the address of a mesh or a convex collider; undefined if the file of the mesh is missing. */
 export function addressOf(geometry: Extract<Geometry, { sha256: string }>): string | undefined {
   if (geometry.sha256 === "") return undefined;
   return `/${geometry.kind === "mesh" ? "meshes" : "colliders"}/${encodeURIComponent(geometry.sha256)}.glb`;
 }
 
-/** A cache of those in use, with reference counts. */
+/** Cache with reference counts. */
 export class MeshCache {
   private readonly entries = new Map<string, Entry>();
   private readonly loader = new GLTFLoader().register(() => ({ name: "surface", getMaterialType: () => Surface }));
@@ -28,7 +28,7 @@ export class MeshCache {
     return this.loading === 0;
   }
 
-  /** A copy that shares triangles and materials with all others. Each call needs one of `release`. */
+  /** Returns a copy that shares triangles and materials with all others. Each call needs one of `release`. */
   async acquire(address: string): Promise<Object3D | undefined> {
     let entry = this.entries.get(address);
     if (!entry) {

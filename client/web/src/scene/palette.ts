@@ -49,10 +49,10 @@ export const PULL = 0x2f7fd6;
 export const CONTACT = 0xd94f3d;
 /** Robots of a recording beside the live ones. */
 export const GHOST = 0x7c5cff;
-/** Axes that a joint turns about, and along which it slides. */
+/** Axes of turning joints, and of sliding joints. */
 export const TURNS = 0x0e9fb5;
 export const SLIDES = 0xb5489f;
-/** Centres of mass: of a link, and of all of a robot. */
+/** Centres of mass of a link and of a whole robot. */
 export const MASS = 0xe0a526;
 export const WHOLE_MASS = 0xd94f3d;
 export const CONSTRAINT = 0x1f9d8f;

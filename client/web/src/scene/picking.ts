@@ -1,4 +1,4 @@
-// Which link is under the pointer.
+// Picking of the link under the pointer.
 import { Raycaster, Vector2, type Object3D, type Vector3 } from "three";
 import type { RobotView } from "./robot-view";
 import { aim, type ViewCamera } from "./view-camera";
@@ -14,12 +14,12 @@ export interface Hit {
 
 const raycaster = new Raycaster();
 
-/** The ray of the camera through a point of the canvas; x and y from -1 to 1, y up. */
+/** Returns the ray of the camera through a point of the canvas; x and y from -1 to 1, y up. */
 export function pickRay(at: Vector2, camera: ViewCamera): Raycaster {
   return aim(raycaster, at, camera);
 }
 
-/** The nearest link on that ray. */
+/** Returns the nearest link on that ray. */
 export function pick(at: Vector2, camera: ViewCamera, views: Iterable<RobotView>): Hit | undefined {
   const ray = pickRay(at, camera);
   let nearest: Hit | undefined;

@@ -3,8 +3,8 @@ import { Vector2, type WebGLRenderer } from "three";
 import type { ViewCamera } from "./view-camera";
 
 /**
- * A PNG of this many pixels, as `draw` draws it; the caller draws again, since the canvas is left empty. Throws if the graphics processor has no
- * memory for a picture of that size.
+ * Returns a PNG of this many pixels, drawn by `draw`. The caller draws again, since the canvas is left empty. Throws if the graphics processor
+ * has no memory for a picture of that size.
  */
 export function pictureOf(renderer: WebGLRenderer, draw: () => void, camera: ViewCamera, width: number, height: number): Promise<Blob> {
   const { domElement: canvas } = renderer;
@@ -19,7 +19,7 @@ export function pictureOf(renderer: WebGLRenderer, draw: () => void, camera: Vie
     if (context.drawingBufferWidth !== width || context.drawingBufferHeight !== height) {
       throw new Error(`This browser draws at most ${context.drawingBufferWidth} by ${context.drawingBufferHeight} pixels of this picture; choose a smaller one.`);
     }
-    // Reads the canvas now, though it calls back later.
+    // Reads the canvas now, but calls back later.
     return new Promise((resolve, reject) => {
       canvas.toBlob((blob) => {
         if (blob) resolve(blob);

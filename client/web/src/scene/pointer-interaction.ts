@@ -11,11 +11,11 @@ import type { RobotViews } from "./robot-views";
 import { Rod } from "./rods";
 import { pullDuration, springFor } from "./spring";
 
-/** A pointer that moves by fewer pixels has clicked. */
+/** A pointer that moves by fewer pixels clicks. */
 const CLICK_DISTANCE = 4;
 /** Width of the rod, as a fraction of the camera's distance. */
 const ROD_WIDTH = 0.0022;
-/** Milliseconds after which a target that did not change is sent again. */
+/** Milliseconds after which an unchanged target is sent again. */
 const RENEWAL = 100;
 
 /** A link that is being dragged. */
@@ -29,17 +29,17 @@ interface Drag {
 
 /** Handles pointer events until it is disposed of. */
 export class PointerInteraction {
-  /** From the dragged point to the pointer. */
+  /** Vector from the dragged point to the pointer. */
   readonly rod = new Rod(PULL);
   private readonly pointer = new Vector2();
   private pressed: { x: number; y: number } | null = null;
   private drag: Drag | null = null;
   private hoverPending = false;
-  /** When the target was sent for the last time, and which it was. */
+  /** Time of the last sent target, and its value. */
   private sent: { at: number; target: Vector3 } | null = null;
   private readonly listening = new AbortController();
 
-  /** `wake` is called when the picture may have to change. */
+  /** `wake` is called if the picture may have to change. */
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly camera: Camera,
@@ -47,7 +47,7 @@ export class PointerInteraction {
     private readonly wake: () => void,
   ) {
     const { signal } = this.listening;
-    // Capturing, so that a drag of a link does not orbit the camera.
+    // Captures events, so that a drag of a link does not orbit the camera.
     canvas.addEventListener("pointerdown", (event) => this.press(event), { signal, capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event), { signal });
     canvas.addEventListener("pointerup", (event) => this.release(event), { signal });
@@ -57,7 +57,7 @@ export class PointerInteraction {
     window.addEventListener("blur", () => this.endDrag(), { signal });
   }
 
-  /** Called for each frame. Returns whether the picture changes, in which case the next frame is needed too. */
+  /** Called for each frame. Returns whether the picture changes, so that the next frame is needed too. */
   update(): boolean {
     if (this.hoverPending) this.updateHover();
     if (!this.drag) return false;
@@ -152,7 +152,10 @@ export class PointerInteraction {
     this.canvas.style.cursor = found && simulation.peek().state === "playing" ? "grab" : "";
   }
 
-  /** Sends where the pointer pulls to. The force is the daemon's: how seldom this page draws does not matter. */
+  /**
+   * Sends the position to which the pointer pulls. The daemon computes the force: the page's frame rate does
+   * not matter.
+   */
   private pull({ hit, point, plane }: Drag): void {
     const { scene } = hit.view;
     const target = pickRay(this.pointer, this.camera.camera).ray.intersectPlane(plane, new Vector3());
@@ -169,7 +172,7 @@ export class PointerInteraction {
   }
 }
 
-/** The mode of the joint that moves a link; undefined if it cannot move. */
+/** Returns the mode of the joint that moves a link; undefined if it cannot move. */
 function modeOf(robot: string, link: string): Mode | undefined {
   const axis = known.peek().find((each) => each.name === robot)?.axes.find((each) => each.childLink === link);
   return axis && frameMode(robot, axis.velocityIndex);

@@ -1,4 +1,4 @@
-// The picture goes evenly from one state to the next, and jumps where one does not follow from the other.
+// The picture moves evenly from one state to the next, and jumps if they are not consecutive.
 import { expect, test } from "vitest";
 import type { Frame } from "../state/world";
 import { interpolate, PoseInterpolator } from "./pose-interpolator";

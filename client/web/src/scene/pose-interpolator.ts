@@ -2,16 +2,16 @@
 import { samePoses } from "../state/stillness";
 import type { Frame } from "../state/world";
 
-/** Milliseconds: upper bound of the time of an interpolation. */
+/** Maximum duration of an interpolation, milliseconds. */
 const MAX_INTERVAL = 100;
-/** Milliseconds between two states from which they are not interpolated: the page was paused or hidden. */
+/** Minimum milliseconds between two states that are not interpolated: the page was paused or hidden. */
 const GAP = 1000;
 
 /** The last two states, and the progress from one to the other. */
 export class PoseInterpolator {
   private before: Frame | null = null;
   private last: Frame | null = null;
-  /** No link has moved between the two: there is nothing to interpolate. */
+  /** No link has moved between the two: no interpolation is needed. */
   private still = false;
 
   /** Takes the newest state. */
@@ -38,7 +38,7 @@ export class PoseInterpolator {
     return this.progress(now) >= 1;
   }
 
-  /** The newest state that the picture at `now` shows or has passed. */
+  /** Returns the newest state that the picture at `now` shows or has passed. */
   reached(now: number): Frame | null {
     return this.isSettled(now) ? this.last : this.before;
   }
@@ -54,7 +54,7 @@ export class PoseInterpolator {
     return true;
   }
 
-  /** The progress from the state before to the last one: 0 to 1. */
+  /** Returns the progress from the state before to the last one: 0 to 1. */
   private progress(now: number): number {
     if (!this.before || !this.last || this.still) return 1;
     const interval = Math.min(MAX_INTERVAL, this.last.receivedAt - this.before.receivedAt);

@@ -1,4 +1,4 @@
-// A robot is drawn from its scene; its colliders are those of the physics.
+// A robot is drawn from its scene; its colliders are the physics' shapes.
 import { BoxGeometry, Group, Mesh, MeshStandardMaterial, type Material, type Object3D } from "three";
 import { expect, test } from "vitest";
 import type { RobotScene, Shape } from "../state/scene";
@@ -13,7 +13,7 @@ function shape(geometry: Shape["geometry"]): Shape {
   return { link: 0, linkFromShape: [0, 0, 0, 0, 0, 0, 1], geometry };
 }
 
-/** A link whose mesh the physics has as two convex parts and a box. */
+/** A link whose mesh is two convex parts and a box in the physics. */
 const SCENE: RobotScene = {
   robot: "arm",
   layoutVersion: 1n,

@@ -8,7 +8,7 @@ import { addressOf, isUnpainted, type MeshCache } from "./mesh-cache";
 import { colourable, highlighted, tint, type Materials } from "./materials";
 import { Triad } from "./rods";
 
-/** Which layers of a robot are shown. */
+/** Layers of a robot that are shown. */
 export interface Shown {
   visuals: boolean;
   collisions: boolean;
@@ -18,7 +18,7 @@ export interface Shown {
 /** Solid, or translucent with its triangles. */
 type Look = "solid" | "collision";
 
-/** The size of the box that is drawn for a missing mesh, metres. */
+/** Size of the box in place of a missing mesh, metres. */
 const MARKER = 0.04;
 
 /** Draws one robot until it is disposed of. */
@@ -35,7 +35,7 @@ export class RobotView {
   private highlighted = -1;
   private colors: ReadonlyMap<string, Rgba> = new Map();
   private disposed = false;
-  /** The last answer of `bounds`; undefined since something moved or was loaded. */
+  /** The last result of `bounds`; undefined after a motion or a load. */
   private box: Box3 | undefined;
 
   /** `changed` is called when a mesh was loaded. All visuals are painted with `paint`, if it is given. */
@@ -114,7 +114,7 @@ export class RobotView {
     return this.shown.visuals ? this.visuals : this.shown.collisions ? this.collisions : [];
   }
 
-  /** Highlights a link in place of the one before. Returns whether that changed anything. */
+  /** Highlights a link in place of the former one. Returns whether that changed anything. */
   highlight(index: number): boolean {
     if (index === this.highlighted) return false;
     this.forEachMesh(this.highlighted, (mesh) => putBack(mesh, "plain"));
@@ -123,7 +123,7 @@ export class RobotView {
     return true;
   }
 
-  /** Gives links these colours, and the others those of the description. */
+  /** Gives links these colours, and the others the description's. */
   color(colors: ReadonlyMap<string, Rgba>): void {
     if (this.paint || (colors.size === 0 && this.colors.size === 0)) return;
     this.colors = colors;
@@ -164,13 +164,13 @@ export class RobotView {
     return link?.matrixWorld ?? new Matrix4();
   }
 
-  /** world_from_link of a link, as it is drawn: x y z, then the quaternion x y z w. */
+  /** Returns world_from_link of a link as drawn: x y z, then the quaternion x y z w. */
   drawnPose(index: number): number[] {
     const link = this.links[index];
     return link ? [...link.position.toArray(), ...link.quaternion.toArray()] : [];
   }
 
-  /** The bounding box of everything but planes, which are infinite; empty if there is nothing else. */
+  /** Returns the bounding box of everything but planes, which are infinite; empty without other content. */
   bounds(): Box3 {
     this.box ??= this.measured();
     return this.box.clone();
@@ -213,7 +213,7 @@ export class RobotView {
   }
 
   private add(shape: Shape, layer: Group | undefined, look: Look): void {
-    // A plane is the ground, all of which a translucent collider would tint.
+    // A plane is the ground, which a translucent collider would tint completely.
     if (!layer || (look === "collision" && shape.geometry.kind === "plane")) return;
     const at = new Group();
     const [x, y, z, qx, qy, qz, qw] = shape.linkFromShape;
@@ -287,7 +287,7 @@ function putOn(mesh: Mesh, before: Before, own: Material): void {
   mesh.material = own;
 }
 
-/** Takes off what `putOn` has put on, and disposes of it. */
+/** Removes the material that `putOn` set, and disposes of it. */
 function putBack(mesh: Mesh, before: Before): void {
   const material = mesh.userData[before] as Material | undefined;
   if (!material) return;

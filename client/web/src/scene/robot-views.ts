@@ -10,7 +10,7 @@ import { Materials } from "./materials";
 import { RobotView, type Shown } from "./robot-view";
 import { framed, isFlatGround, isGround } from "./scenery";
 
-/** The length of the axes of links, as a fraction of the size of the robot. */
+/** Length of the axes of links, as a fraction of the size of the robot. */
 const AXIS_FRACTION = 0.18;
 
 const NONE: ReadonlyMap<string, Rgba> = new Map();
@@ -31,7 +31,7 @@ export class RobotViews {
     this.materials = new Materials(changed);
   }
 
-  /** Those that are seen: none while a recording is shown alone. */
+  /** Returns the visible ones: none while a recording is shown alone. */
   all(): Iterable<RobotView> {
     return this.group.visible ? [...this.views.values()].filter(({ group }) => group.visible) : [];
   }
@@ -46,21 +46,21 @@ export class RobotViews {
     return this.views.get(name);
   }
 
-  /** world_from_link of a link as it is drawn, or of the root if the name is empty. */
+  /** Returns world_from_link of a link as drawn, or of the root if the name is empty. */
   readonly worldFromLink = (robot: string, link: string): Matrix4 | undefined => {
     const view = this.views.get(robot);
     const index = link === "" ? 0 : (view?.scene.links.findIndex(({ name }) => name === link) ?? -1);
     return view?.scene.links[index] && view.worldFromLink(index);
   };
 
-  /** The radius of a robot in metres as it was first measured: marks keep their size while it moves. */
+  /** Returns the radius of a robot in metres as first measured: marks keep their size while it moves. */
   readonly radiusOf = (view: RobotView): number => {
     const radius = this.radii.get(view) ?? radiusOf(view.bounds());
     this.radii.set(view, radius);
     return radius;
   };
 
-  /** Measures radii anew: the content has changed. */
+  /** Measures radii again: the content has changed. */
   forgetRadii(): void {
     this.radii = new WeakMap();
   }
@@ -127,7 +127,7 @@ export class RobotViews {
     return changed;
   }
 
-  /** Draws ground as such, once its meshes are there. Returns whether robots can stand anywhere. */
+  /** Draws ground as such, once its meshes are loaded. Returns whether robots can stand anywhere. */
   findGround(): boolean {
     let found = false;
     for (const view of this.views.values()) {
@@ -138,13 +138,13 @@ export class RobotViews {
     return found;
   }
 
-  /** The bounding box of one robot, or of all that is looked at first. */
+  /** Returns the bounding box of one robot, or of the first view. */
   bounds(name = ""): Box3 {
     const one = this.views.get(name);
     const views = one ? [one] : [...this.views.values()].filter(({ group }) => group.visible);
     const things = views.map((view) => ({ scene: view.scene, box: view.bounds() }));
     const box = framed(things);
-    // If there is only ground, the origin is shown.
+    // If only ground exists, the origin is shown.
     return box.isEmpty() ? new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5)) : box;
   }
 

@@ -1,4 +1,4 @@
-// Large fixed things do not decide the first view, and what is wide and solid is ground.
+// Large fixed things do not decide the first view, and wide solid things are ground.
 import { Box3, Vector3 } from "three";
 import { expect, test } from "vitest";
 import type { Geometry, RobotScene, Shape } from "../state/scene";
@@ -31,7 +31,7 @@ test("a table is framed with its arm, and a hall is not", () => {
   expect(framed([arm, table])).toEqual(arm.box.clone().union(table.box));
   const hall = { scene: thing(false), box: box(60, 40, 8) };
   expect(framed([arm, hall])).toEqual(arm.box);
-  // Alone it is all that there is to be seen, and robots can stand in it.
+  // Alone it is the whole view, and robots can stand in it.
   expect(framed([hall])).toEqual(hall.box);
   expect(isFlatGround(hall.scene, hall.box)).toBe(false);
   expect(isGround(hall.scene, hall.box)).toBe(true);

@@ -2,9 +2,9 @@
 import { Box3, Sphere, Vector3 } from "three";
 import type { RobotScene } from "../state/scene";
 
-/** Metres: ground is at least this long and wide. */
+/** Minimum length and width of ground, metres. */
 const WIDE = 10;
-/** Flat ground is lower than this share of its width. */
+/** Maximum height of flat ground, as a share of its width. */
 const FLAT = 0.01;
 /**
  * Maximum size of fixed things in the first view: this radius in metres, or this many times the radius of the moving things.
@@ -17,7 +17,7 @@ export function isFixed({ links }: RobotScene): boolean {
   return links.every(({ movable }) => !movable);
 }
 
-/** Whether all of it is planes, or one flat and wide thing that cannot move: it is drawn as ground. */
+/** Whether it consists of planes, or is one flat and wide thing that cannot move: it is drawn as ground. */
 export function isFlatGround(scene: RobotScene, box: Box3): boolean {
   if (!isFixed(scene)) return false;
   if (box.isEmpty()) return hasPlane(scene);
@@ -25,7 +25,7 @@ export function isFlatGround(scene: RobotScene, box: Box3): boolean {
   return Math.min(x, y) >= WIDE && z <= FLAT * Math.min(x, y);
 }
 
-/** Whether robots can stand on it: a plane, or something wide that is touched and cannot move. */
+/** Whether robots can stand on it: a plane, or something wide with collision shapes that cannot move. */
 export function isGround(scene: RobotScene, box: Box3): boolean {
   if (!isFixed(scene) || scene.colliders.length + scene.collisions.length === 0) return false;
   if (hasPlane(scene)) return true;

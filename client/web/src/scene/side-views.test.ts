@@ -13,7 +13,7 @@ for (const [width, height] of [[1280, 640], [3840, 2000], [700, 400], [390, 700]
       expect(top + high).toBeLessThanOrEqual(height);
       for (const other of all.slice(index + 1)) expect(other.left >= left + wide || other.top >= top + high).toBe(true);
     });
-    // Most of the picture is still seen.
+    // Most of the picture stays visible.
     expect(all.reduce((sum, { width: wide, height: high }) => sum + wide * high, 0)).toBeLessThan(0.3 * width * height);
   });
 }

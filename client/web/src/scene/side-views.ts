@@ -1,4 +1,4 @@
-// Small views of the same scene from the front, the left and above, over the picture: orthographic, of what the camera looks at.
+// Small views of the same scene from the front, the left and above, over the picture: orthographic, with the camera's target.
 import { MathUtils, Vector2, type Scene, type WebGLRenderer } from "three";
 import { moveCamera, type Viewpoint } from "../state/view";
 import type { Camera } from "./camera";
@@ -11,13 +11,13 @@ const VIEWS: readonly { viewpoint: Viewpoint; label: string; keys: string }[] = 
   { viewpoint: "top", label: "top", keys: "Z" },
 ];
 
-/** CSS pixels: between the views and around them, and the width of pages on which they stand side by side. */
+/** CSS pixels: gap between the views and around them, and the width of pages on which they are side by side. */
 const GAP = 8;
 const NARROW = 620;
 /** Size as a share of the picture's height, and its maximum in CSS pixels. */
 const SHARE = 0.27;
 const MOST = 240;
-/** Width over height. */
+/** Ratio of width to height. */
 const SHAPE = 4 / 3;
 /** Extent in front of the camera and behind it, as a multiple of the distance to its target. */
 const DEPTH = 60;
@@ -30,7 +30,7 @@ export interface Place {
   height: number;
 }
 
-/** Below each other at the right, or side by side at the top where there is no room for that. */
+/** Below each other at the right, or side by side at the top if space is short. */
 export function places(width: number, height: number): Place[] {
   const isNarrow = width < NARROW;
   const high = isNarrow ? (width - GAP * (VIEWS.length + 1)) / VIEWS.length / SHAPE : Math.min(MOST, SHARE * height);
@@ -42,7 +42,7 @@ export function places(width: number, height: number): Place[] {
   );
 }
 
-/** The views, each with a frame that is a button: pressed, the camera looks from there. */
+/** The views, each with a frame that is a button: pressed, the camera looks from that side. */
 export class SideViews {
   private readonly layer = document.createElement("div");
   private readonly frames: HTMLElement[];
@@ -62,7 +62,7 @@ export class SideViews {
       return frame;
     });
     this.layer.append(...this.frames);
-    // After what is in the picture, which it covers.
+    // Added after the elements that it covers.
     canvas.parentElement?.append(this.layer);
     this.camera.up.set(0, 0, 1);
   }
@@ -72,7 +72,7 @@ export class SideViews {
     const size = renderer.getSize(new Vector2());
     const away = camera.position.distanceTo(controls.target);
     const half = away * Math.tan(MathUtils.degToRad(camera.fov) / 2);
-    // Shadows are those of the picture.
+    // Shadows stay as in the picture.
     renderer.shadowMap.autoUpdate = false;
     renderer.setScissorTest(true);
     places(size.x, size.y).forEach(({ left, top, width, height }, index) => {

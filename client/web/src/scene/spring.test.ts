@@ -1,4 +1,4 @@
-// A dragged link is pulled as hard as what moves along is heavy, and never harder than the limit.
+// The pull on a dragged link is proportional to the mass that moves along, up to the limit.
 import { expect, test } from "vitest";
 import type { RobotScene } from "../state/scene";
 import type { Mode } from "../state/world";
@@ -35,7 +35,7 @@ test("a pull lasts until the page sends the next one, however seldom it draws an
   expect(pullDuration(16, 1)).toBe(0.5);
   expect(pullDuration(1000, 1)).toBe(3);
   expect(pullDuration(1000, 4)).toBe(12);
-  // A page that hangs lets go.
+  // The pull of a page that hangs ends.
   expect(pullDuration(60_000, 1)).toBe(5);
   expect(pullDuration(60_000, 1000)).toBe(60);
   // In a slow world a pull lasts at least half a second.

@@ -1,4 +1,4 @@
-// How hard a dragged link is pulled, by the mass that moves along. The daemon computes the spring itself, in each step.
+// Strength of the pull on a dragged link, by the mass that moves along. The daemon computes the spring in each step.
 import type { RobotScene } from "../state/scene";
 import type { Mode } from "../state/world";
 
@@ -15,7 +15,7 @@ const MAX_MASS_RATIO = 4;
 /** Minimum and maximum time of a pull that is not renewed, wall seconds. */
 const LEAST = 0.5;
 const MOST = 5;
-/** Simulated seconds that the daemon lets a pull last. */
+/** Simulated seconds that the daemon allows for a pull. */
 const DAEMON_MOST = 60;
 
 /**
@@ -41,7 +41,7 @@ export function springFor(scene: RobotScene, link: number, modeOf: (link: string
   return { stiffness: STIFFNESS * pulled, limit: MAX_ACCELERATION * pulled };
 }
 
-/** The link at the first joint towards the root that is not held. */
+/** Returns the link at the first joint towards the root that is not held. */
 function firstCompliant(scene: RobotScene, link: number, modeOf: (link: string) => Mode | undefined): number {
   let at = link;
   for (;;) {
@@ -53,7 +53,7 @@ function firstCompliant(scene: RobotScene, link: number, modeOf: (link: string) 
   }
 }
 
-/** The mass of a link and its descendants, kilograms. */
+/** Returns the mass of a link and its descendants, kilograms. */
 function massBelow(scene: RobotScene, link: number): number {
   const carried = new Set([link]);
   let mass = 0;

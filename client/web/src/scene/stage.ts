@@ -1,4 +1,4 @@
-// Draws the scene, and only when something in it has changed.
+// Draws the scene, and only after a change.
 import { effect } from "@preact/signals";
 import { Box3, Color, Fog, PCFShadowMap, Scene, Sphere, Vector2, WebGLRenderer } from "three";
 import { shownRobot } from "../panels/shown-robot";
@@ -78,11 +78,11 @@ export class Stage {
   private readonly ends: (() => void)[] = [];
   private request = 0;
   private dirty = true;
-  /** The last picture has fewer pixels than a still one; the timer draws it with all. */
+  /** Whether the last picture has fewer pixels than a still one; the timer draws it with all. */
   private isCoarse = false;
   private resting: ReturnType<typeof setTimeout> | undefined;
   private covered = 0;
-  /** A robot or a mesh was added since the camera was last fitted. */
+  /** Whether a robot or a mesh was added since the camera was last fitted. */
   private unfitted = false;
   /**
    * Robot to fit once its meshes are loaded, and the number of camera moves by the user at the time of the request.
@@ -128,7 +128,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.resize(width, height);
     this.invalidate();
-    // At once, since the old picture is stretched until the next.
+    // Drawn at once, since the old picture is stretched until the next.
     if (this.pictures > 0) this.draw(performance.now());
   }
 
@@ -155,7 +155,7 @@ export class Stage {
     this.renderer.dispose();
   }
 
-  /** Requests an animation frame, which draws if there is something to draw. */
+  /** Requests an animation frame, which draws if something has changed. */
   private wake(): void {
     if (this.request === 0) this.request = requestAnimationFrame((now) => this.tick(now));
   }
@@ -208,7 +208,7 @@ export class Stage {
         scenes.value;
         const changed = this.robots.highlight(hoveredLink.value);
         void [linkNames.value && shownRobot.value, jointAxes.value, centresOfMass.value, inertias.value, readingsShown.value && readings.value];
-        // The link under the pointer has its name beside it, whether it is highlighted or not.
+        // The link under the pointer shows its name, highlighted or not.
         if (changed || this.pictures > 0) this.invalidate();
       }),
       effect(() => this.appearance.choose(quality.value)),
@@ -226,7 +226,7 @@ export class Stage {
         if (move) this.camera.move(move, performance.now());
         this.invalidate();
       }),
-      // From where it is now, also if nothing is drawn before it moves.
+      // Starts from its present position, even if nothing is drawn before it moves.
       followed.subscribe((name) => void this.follower.update(name, this.robots, this.camera)),
       pictureRequest.subscribe((request) => request?.taken(this.picture(request.width, request.height))),
       effect(() => {
@@ -251,7 +251,7 @@ export class Stage {
     );
   }
 
-  /** Shows views from the sides, whose code is loaded when they are first asked for, or hides them. */
+  /** Shows views from the sides, whose code is loaded on first use, or hides them. */
   private async showSides(shown: boolean): Promise<void> {
     if (!shown) {
       this.sides?.dispose();
@@ -264,7 +264,7 @@ export class Stage {
     this.invalidate();
   }
 
-  /** Moves the camera to where a program wants it, unless that was before the user moved it in this tab. */
+  /** Moves the camera as a program requests, unless the user has moved it later in this tab. */
   private follow({ version, position, target, fieldOfView, isOld }: CameraTarget): void {
     if (isOld && cameraView.peek()) this.camera.widen(fieldOfView);
     else this.camera.look(position, target, fieldOfView);
@@ -279,19 +279,19 @@ export class Stage {
     else this.wake();
   }
 
-  /** Whether the last picture shows the newest state already: it needs no frame. */
+  /** Whether the last picture already shows the newest state: it needs no frame. */
   private isAtRest(): boolean {
     if (this.request !== 0 || this.dirty || this.unfitted || !this.interpolator.isStill()) return false;
-    // Against what is drawn, so that a slow motion adds up.
+    // Compared with the drawn state, so that a slow motion adds up.
     const moved = this.robots.pose(this.interpolator, performance.now());
     this.dirty ||= moved;
     return !moved;
   }
 
-  /** A PNG of what is shown, of this many pixels. */
+  /** Returns a PNG of the view, of this many pixels. */
   private async picture(width: number, height: number): Promise<Blob> {
     const made = this.rendered(width, height);
-    // Before the browser shows the canvas at the other size.
+    // Runs before the browser shows the canvas at the other size.
     this.draw(performance.now());
     return made;
   }
@@ -350,7 +350,7 @@ export class Stage {
     return scenes.peek().size > 0 && this.robots.group.visible ? recorded.union(this.robots.bounds()) : recorded;
   }
 
-  /** Draws all of it, with fewer pixels where something moves and the machine is slow. */
+  /** Draws everything, with fewer pixels during motion on a slow machine. */
   private draw(now: number, moves = false): void {
     this.dirty = false;
     this.isCoarse = this.appearance.setPixels(moves && film.peek() === null);
@@ -382,7 +382,7 @@ export class Stage {
     reportCamera(this.camera, this.renderer.getSize(new Vector2()), this.followed);
   }
 
-  /** world_from_link of the end of a constraint, as it is drawn. */
+  /** Returns world_from_link of the end of a constraint, as drawn. */
   private readonly frameOf: Finder = ({ robot, link, joint }) => {
     const moved = robots.peek().find(({ name }) => name === robot)?.axes.find((axis) => axis.joint === joint)?.childLink;
     const named = joint === "" ? link : moved;

@@ -1,4 +1,4 @@
-// Where axes and centres of mass are marked.
+// Positions of marked axes and centres of mass.
 import { BoxGeometry, Group, Mesh, MeshStandardMaterial } from "three";
 import { expect, test } from "vitest";
 import type { RobotScene } from "../state/scene";
@@ -36,7 +36,7 @@ test("a robot's centre of mass is the mean of its links' by mass, and fixed join
   expect(x).toBeCloseTo(0, 9);
   expect(y).toBeCloseTo(0.25, 9);
   expect(z).toBeCloseTo(0.625, 9);
-  // One axis; two links with mass, and all of the robot.
+  // One axis; two links with mass, and the whole robot.
   expect(marks.drawn()).toEqual({ axes: 1, balls: 3, ellipsoids: 0 });
   marks.set([view], () => 1, { axes: false, masses: false });
   expect(marks.drawn()).toEqual({ axes: 0, balls: 0, ellipsoids: 0 });

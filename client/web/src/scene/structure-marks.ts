@@ -5,7 +5,7 @@ import { along, marker } from "./markers";
 import { MASS, SLIDES, TURNS, WHOLE_MASS } from "./palette";
 import type { RobotView } from "./robot-view";
 
-/** Joints and links that are marked at most. */
+/** Maximum number of marked joints and links. */
 const MOST = 4000;
 /** Sizes, as fractions of the size of the robot. */
 const AXIS_LENGTH = 0.3;
@@ -25,7 +25,7 @@ export interface Marked {
 /** The marks of all robots, drawn over everything else. */
 export class StructureMarks {
   readonly group = new Group();
-  /** Centre of mass of each robot that is marked, world axes, by name. */
+  /** Centre of mass of each marked robot, world axes, by name. */
   readonly centres = new Map<string, Vector3>();
   private readonly material = new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.85 });
   private readonly axes = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MOST);
@@ -64,7 +64,7 @@ export class StructureMarks {
     }
   }
 
-  /** How many axes, balls and ellipsoids are drawn. */
+  /** Numbers of drawn axes, balls and ellipsoids. */
   drawn(): { axes: number; balls: number; ellipsoids: number } {
     return { ...this.count };
   }
@@ -116,7 +116,7 @@ export class StructureMarks {
       if (!centreOfMass || !(mass > 0)) return;
       const at = new Vector3(...centreOfMass).applyMatrix4(view.worldFromLink(index));
       centre.addScaledVector(at, mass / total);
-      // The volume of the ball is as the mass.
+      // The ball's volume is proportional to the mass.
       this.ball(at, Math.max(LEAST_BALL, BALL * Math.cbrt(mass / total)) * size, MASS);
     });
     this.centres.set(scene.robot, centre);

@@ -1,4 +1,4 @@
-// The material of all that takes light: what robots, grounds and mesh files are made of.
+// The material of all lit surfaces: robots, grounds and mesh files.
 import { Mesh, MeshStandardMaterial, type Material, type Object3D, type WebGLProgramParametersWithUniforms } from "three";
 import { CORNER_FRAGMENT, CORNER_VERTEX } from "./corner-light";
 
@@ -17,7 +17,7 @@ export class Surface extends MeshStandardMaterial {
   }
 }
 
-/** Has the light of all surfaces computed at corners, or at pixels again. */
+/** Switches the light of all surfaces to corners, or back to pixels. */
 export function lightAtCorners(isCheap: boolean, scene: Object3D): void {
   if (atCorners === isCheap) return;
   atCorners = isCheap;

@@ -1,4 +1,4 @@
-// An orthographic picture has no vanishing point, and a ray through a pixel meets what is drawn there.
+// An orthographic picture has no vanishing point, and a ray through a pixel meets the object drawn there.
 import { Raycaster, Vector2, Vector3 } from "three";
 import { expect, test } from "vitest";
 import { aim, projected, ViewCamera } from "./view-camera";
@@ -19,7 +19,7 @@ test("in an orthographic picture the distance of a point does not matter", () =>
   flat.flatten(1, 100);
   expect(height(2)).toBeCloseTo(0.5, 9);
   expect(height(-2)).toBeCloseTo(0.5, 9);
-  // Also behind the camera, which is only where the picture is seen from.
+  // This holds behind the camera too, which is only the viewpoint.
   expect(height(20)).toBeCloseTo(0.5, 9);
   flat.flatten(0, 100);
   expect(flat.isFlat).toBe(false);

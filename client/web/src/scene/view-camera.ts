@@ -1,9 +1,9 @@
-// A camera that is perspective or orthographic: the same object, so that its holders need not know which.
+// A perspective or orthographic camera: the same object, so that its holders need not know which.
 import { PerspectiveCamera, Raycaster, Vector3, type Vector2 } from "three";
 
 /** Perspective until `flatten` is called with a size. */
 export class ViewCamera extends PerspectiveCamera {
-  /** Half of the height of what an orthographic picture shows, metres; 0 is perspective. */
+  /** Half of the height of an orthographic picture, metres; 0 is perspective. */
   private half = 0;
 
   get isFlat(): boolean {
@@ -47,7 +47,7 @@ export function aim(raycaster: Raycaster, at: Vector2, camera: ViewCamera): Rayc
   return raycaster;
 }
 
-/** Where a point of the world is in the picture, x and y from -1 to 1; undefined if it is behind the camera. */
+/** Returns the position of a point of the world in the picture, x and y from -1 to 1; undefined behind the camera. */
 export function projected(point: Vector3, camera: ViewCamera): Vector3 | undefined {
   const at = point.clone().project(camera);
   return at.z >= -1 && at.z <= 1 ? at : undefined;

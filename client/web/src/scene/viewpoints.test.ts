@@ -1,4 +1,4 @@
-// How a camera gets from one place to another.
+// The way of a camera from one position to another.
 import { Vector3 } from "three";
 import { expect, test } from "vitest";
 import { between, orbited, panned, seenFrom, zoomed, type View } from "./viewpoints";

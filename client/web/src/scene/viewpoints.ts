@@ -1,8 +1,8 @@
-// Where a camera is and what it looks at: presets, moves by the keyboard, and the way from one to another.
+// Positions and targets of a camera: presets, moves by the keyboard, and the way from one to another.
 import { MathUtils, Vector3 } from "three";
 import type { Viewpoint } from "../state/view";
 
-/** The position of a camera and what it looks at, metres. */
+/** Position of a camera and its target, metres. */
 export interface View {
   target: Vector3;
   position: Vector3;
@@ -19,22 +19,22 @@ export const DIRECTIONS: Readonly<Record<Viewpoint, Vector3>> = {
   corner: new Vector3(1, 1.15, 0.62).normalize(),
 };
 
-/** The nearest that a camera comes to looking along z, radians: there it would not know where up is. */
+/** Minimum angle to the z axis, radians: along z the up direction would be undefined. */
 const UPRIGHT = 1e-4;
 
-/** The same target from another direction, at the same distance. */
+/** Returns the same target from another direction, at the same distance. */
 export function seenFrom({ target, position }: View, viewpoint: Viewpoint): View {
   return { target: target.clone(), position: target.clone().addScaledVector(DIRECTIONS[viewpoint], position.distanceTo(target)) };
 }
 
-/** Turned about the target: to the right and upwards, radians. */
+/** Returns the viewpoint turned about the target: to the right and upwards, radians. */
 export function orbited({ target, position }: View, right: number, up: number): View {
   const at = polar(position.clone().sub(target));
   const polarAngle = MathUtils.clamp(at.polar - up, UPRIGHT, Math.PI - UPRIGHT);
   return { target: target.clone(), position: cartesian({ ...at, azimuth: at.azimuth + right, polar: polarAngle }).add(target) };
 }
 
-/** Moved with its target in the plane of the picture, metres. */
+/** Returns the viewpoint moved with its target in the plane of the picture, metres. */
 export function panned({ target, position }: View, right: number, up: number): View {
   const away = position.clone().sub(target).normalize();
   const aside = new Vector3(0, 0, 1).cross(away).normalize();
@@ -42,14 +42,14 @@ export function panned({ target, position }: View, right: number, up: number): V
   return { target: target.clone().add(shift), position: position.clone().add(shift) };
 }
 
-/** At this many times the distance to the target, within bounds in metres. */
+/** Returns the viewpoint at this many times the distance to the target, within bounds in metres. */
 export function zoomed({ target, position }: View, factor: number, nearest: number, farthest: number): View {
   const away = position.clone().sub(target);
   const distance = MathUtils.clamp(away.length() * factor, nearest, farthest);
   return { target: target.clone(), position: target.clone().addScaledVector(away.normalize(), distance) };
 }
 
-/** Part of the way from one to another: around the target, not through it. */
+/** Returns a point on the way from one to another: around the target, not through it. */
 export function between(from: View, to: View, share: number): View {
   const target = from.target.clone().lerp(to.target, share);
   const [a, b] = [polar(from.position.clone().sub(from.target)), polar(to.position.clone().sub(to.target))];

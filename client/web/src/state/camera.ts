@@ -1,20 +1,20 @@
-// Where the camera of this page is, and where programs want it to be.
+// Camera of this page, and the camera that programs request.
 import { signal } from "@preact/signals";
 import type { Vector } from "./scene";
 
-/** Where programs want cameras to be: world axes, metres. */
+/** Camera that programs request: world axes, metres. */
 export interface CameraTarget {
-  /** Grows with each. */
+  /** Increases with each request. */
   version: bigint;
   position: Vector;
   target: Vector;
-  /** Vertical, radians; 0: as it is. */
+  /** Vertical field of view, radians; 0 keeps the present one. */
   fieldOfView: number;
-  /** It was set before this page was opened. */
+  /** Whether it was set before this page was opened. */
   isOld: boolean;
 }
 
-/** The newest; null if there is none. */
+/** The newest request; null without one. */
 export const cameraTarget = signal<CameraTarget | null>(null);
 
 /** The camera of this page: world axes, metres, radians, CSS pixels. */
@@ -24,9 +24,9 @@ export interface ShownCamera {
   fieldOfView: number;
   width: number;
   height: number;
-  /** Version of the newest `CameraTarget` that it has followed; 0: none. */
+  /** Version of the newest `CameraTarget` that it has followed; 0 without one. */
   followed: bigint;
 }
 
-/** As it was drawn last; null before the first picture. */
+/** Camera of the last picture; null before the first picture. */
 export const shownCamera = signal<ShownCamera | null>(null);

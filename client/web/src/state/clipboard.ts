@@ -1,7 +1,7 @@
 // Copies text for the user.
 import { toast } from "./toasts";
 
-/** Copies a text. `what` it is is said; where the browser does not let the page copy, the text is shown to be copied by hand. */
+/** Copies a text. A message names it by `what`. If the browser refuses, the text is shown for copying by hand. */
 export async function copy(text: string, what: string): Promise<boolean> {
   try {
     // Only pages over https or from this machine may write to the clipboard.

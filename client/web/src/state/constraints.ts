@@ -15,39 +15,39 @@ export interface ConstraintEnd {
   pose: Pose;
 }
 
-/** A constraint, and what it did over the last step. */
+/** A constraint, and its effect over the last step. */
 export interface Constraint {
   name: string;
   kind: ConstraintKind;
   parent: ConstraintEnd;
   child: ConstraintEnd;
-  /** On the child, world axes, newtons; of a gear of a sliding joint along its axis. */
+  /** Force on the child, world axes, newtons; for a gear of a sliding joint along its axis. */
   force: Vector;
-  /** On the child, world axes, newton metres; of a gear of a turning joint about its axis. */
+  /** Torque on the child, world axes, newton metres; for a gear of a turning joint about its axis. */
   torque: Vector;
-  /** Where the force acts, world axes, metres. */
+  /** Point at which the force acts, world axes, metres. */
   point: Vector;
-  /** How far the ends are from where they are to be: metres, and radians. */
+  /** Distance of the ends from their target: metres, and radians. */
   positionError: number;
   angleError: number;
-  /** Newtons, of a gear of a turning joint newton metres; infinite where there is no limit. */
+  /** Limit in newtons, for a gear of a turning joint in newton metres; infinite without a limit. */
   maxForce: number;
   /** Whether it reached its bound. */
   saturated: boolean;
 }
 
-/** Constraints that are drawn at most: the first ones. */
+/** Maximum number of drawn constraints: the first ones. */
 export const MOST_DRAWN = 400;
 
 /** In the order in which they were made. */
 export const constraints = signal<readonly Constraint[]>([]);
-/** Name of the one under the pointer in the panel; empty if there is none. */
+/** Name of the constraint under the pointer in the panel; empty without one. */
 export const hoveredConstraint = signal("");
 
-/** Relative to the larger of a value and 1: less is not seen. */
+/** Tolerance relative to the larger of a value and 1: smaller differences are invisible. */
 const SEEN = 1e-3;
 
-/** Whether two lists look alike: figures that differ by less than is seen do not count. */
+/** Whether two lists look alike: invisible differences do not count. */
 export function sameConstraints(a: readonly Constraint[], b: readonly Constraint[]): boolean {
   return a.length === b.length && a.every((one, index) => isSame(one, b[index]));
 }

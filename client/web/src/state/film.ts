@@ -1,7 +1,7 @@
-// The video that is being taken, which the page says.
+// The current video, which the page shows.
 import { signal } from "@preact/signals";
 
-/** One that is being taken. */
+/** A current video. */
 export interface Film {
   /** Ends and saves it. */
   end(): void;

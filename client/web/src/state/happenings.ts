@@ -10,7 +10,7 @@ export interface Happening {
   isWarning: boolean;
 }
 
-/** Events that are kept. */
+/** Maximum number of events. */
 const MAX_KEPT = 100;
 
 /** Newest first. */

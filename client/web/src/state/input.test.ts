@@ -1,4 +1,4 @@
-// The queue of keys and mouse: bounded, and moves of the mouse are one.
+// The queue of keys and mouse is bounded, and merges moves of the mouse.
 import { expect, test } from "vitest";
 import { inputCount, pushInput, takeInput } from "./input";
 

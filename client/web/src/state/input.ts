@@ -6,16 +6,16 @@ export type MouseButton = "left" | "middle" | "right";
 /** User's action; x and y are from the left and the top of the picture, CSS pixels. */
 export type PageInput =
   | { kind: "key"; key: string; code: string; isDown: boolean }
-  /** Without a button it moved. */
+  /** Without a button it is a move. */
   | { kind: "mouse"; x: number; y: number; button: MouseButton | null; isDown: boolean };
 
-/** Events that wait at most; of more, the oldest go. */
+/** Maximum number of waiting events; the oldest are dropped. */
 const MOST = 256;
 
-/** The program that asks for keys and mouse; null if none does. */
+/** The program that asks for keys and mouse; null without one. */
 export const inputFor = signal<string | null>(null);
 
-/** Grows with each event. */
+/** Increases with each event. */
 export const inputCount = signal(0);
 
 let waiting: PageInput[] = [];
@@ -29,7 +29,7 @@ export function pushInput(input: PageInput): void {
   inputCount.value += 1;
 }
 
-/** Takes all events that wait. */
+/** Takes all waiting events. */
 export function takeInput(): PageInput[] {
   const taken = waiting;
   waiting = [];

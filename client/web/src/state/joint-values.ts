@@ -1,4 +1,4 @@
-// The values of one axis out of those of its robot: those of a ball joint as roll, pitch and yaw.
+// Values of one axis from its robot's values; a ball joint's as roll, pitch and yaw.
 import type { Axis, JointValues, Mode } from "./world";
 
 export type Triple = [number, number, number];
@@ -16,10 +16,10 @@ export interface AxisValues {
   blockedBy: string;
 }
 
-/** This near to a pitch of a quarter turn, roll and yaw turn about one axis, and all of it is the yaw. */
+/** Distance from a pitch of a quarter turn within which roll and yaw turn about one axis; all of it is then the yaw. */
 const UPRIGHT = 1 - 1e-12;
 
-/** Angles about the fixed axes x, y and z, in this order, of a quaternion x y z w: those of URDF. */
+/** Returns angles about the fixed axes x, y and z, in this order, of a quaternion x y z w, as in URDF. */
 export function rollPitchYaw([x, y, z, w]: Quaternion): Triple {
   const length = Math.hypot(x, y, z, w);
   if (!(length > 0) || !Number.isFinite(length)) return [0, 0, 0];
@@ -67,7 +67,7 @@ function ballPosition({ positionIndex }: Axis, { position }: JointValues): Tripl
   return x === undefined || y === undefined || z === undefined || w === undefined ? undefined : rollPitchYaw([x, y, z, w]);
 }
 
-/** The three targets of a ball joint: roll, pitch and yaw, or what its mode has about the child's x, y and z. */
+/** Returns the three targets of a ball joint: roll, pitch and yaw, or its mode's values about the child's x, y and z. */
 function ballTarget(axis: Axis, values: JointValues): Triple {
   const first = axis.velocityIndex - axis.axis;
   const target = triple(values.target, first);

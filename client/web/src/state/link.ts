@@ -1,11 +1,11 @@
-// A link that shows what this page shows: the camera, the robot of the panel, the layers and the plots.
+// A link that restores this page's view: the camera, the robot of the panel, the layers and the plots.
 import { shownCamera } from "./camera";
 import { kept, type Kept } from "./view";
 
 /** Settings that belong to each user. */
 const PERSONAL: ReadonlySet<string> = new Set(["theme", "textSize", "quality", "panelWidth"]);
 const KEY = "view";
-/** Characters of a link that are read at most. */
+/** Maximum number of characters of a link that are read. */
 const LONGEST = 20_000;
 /** Digits of a camera's coordinates. */
 const DIGITS = 5;
@@ -17,7 +17,7 @@ export function linkTo(address: string, robot: string): string {
     const now = value.peek();
     if (JSON.stringify(now) !== JSON.stringify(initial)) shown[name] = now;
   }
-  // Also one that was not chosen.
+  // The link also names a robot that the user has not chosen.
   if (robot !== "") shown["selectedRobot"] = robot;
   const camera = shownCamera.peek();
   const rounded = (numbers: readonly number[]) => numbers.map((number) => Number(number.toPrecision(DIGITS)));
@@ -27,7 +27,7 @@ export function linkTo(address: string, robot: string): string {
   return url.href;
 }
 
-/** Shows what a link says, from the part of its address behind `#`. Returns whether that was of such a link; what cannot be read of it is left as it is. */
+/** Applies a link from the part of its address behind `#`. Returns whether it was such a link; unreadable parts change nothing. */
 export function followLink(hash: string): boolean {
   const text = hash.length <= LONGEST ? new URLSearchParams(hash.replace(/^#/, "")).get(KEY) : null;
   if (text === null) return false;

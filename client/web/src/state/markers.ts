@@ -11,7 +11,7 @@ export type MarkerShape =
   /** `size` is the height of a line, metres. Without an orientation (x y z w) it faces the camera. */
   | { kind: "text"; text: string; position: Vector; orientation: readonly [number, number, number, number] | null; size: number };
 
-/** Something that is drawn. It never changes: what replaces it is another object. */
+/** A drawing. It never changes: a replacement is another object. */
 export interface Marker {
   id: bigint;
   shape: MarkerShape;
@@ -19,7 +19,7 @@ export interface Marker {
    * Default colour as red, green, blue and alpha; null stands for a colour that is visible on the background.
    */
   color: readonly [number, number, number, number] | null;
-  /** The robot that it moves with; empty: none. */
+  /** The robot with which it moves; empty without one. */
   robot: string;
   /** Link of the robot; empty stands for its root link. */
   link: string;
@@ -28,7 +28,7 @@ export interface Marker {
 /** Red, green, blue and alpha. */
 export type Rgba = readonly [number, number, number, number];
 
-/** Colours that programs gave links of a robot, in the place of those of its description. */
+/** Colours that programs gave links of a robot, in place of the description's. */
 export interface RobotColors {
   /** Layout version of the robot to which the colours were given. */
   layoutVersion: bigint;

@@ -1,11 +1,12 @@
-// Why this page may not change something: its token only looks, or another client has claimed it. Empty where it may.
+// Reason why this page may not change something: its token is a viewer's, or another client has claimed it. Empty if
+// it may.
 import { computed, signal, type ReadonlySignal } from "@preact/signals";
 import { robots, role, simulation, type Axis, type Robot } from "./world";
 
 /** The name by which the daemon and other clients know this page. */
 export const ownName = signal("");
 
-/** Why this page may change nothing at all. */
+/** Reason why this page may change nothing at all. */
 export const whyNotChange: ReadonlySignal<string> = computed(() => (role.value === "viewer" ? "Your token is a viewer’s, which may look only: this takes that of an operator" : ""));
 
 /** Reason against changes for all clients: the list of robots, how the world runs, its saved states. */
@@ -14,7 +15,7 @@ export const whyNotAll: ReadonlySignal<string> = computed(() => {
   return `Your token is ${role.value === "viewer" ? "a viewer’s, which may look only" : "an operator’s"}: this takes that of an admin`;
 });
 
-/** Whether a claim is of another client. */
+/** Whether a claim belongs to another client. */
 function isOthers(holder: string): boolean {
   return holder !== "" && holder !== ownName.value;
 }

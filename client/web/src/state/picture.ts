@@ -1,7 +1,7 @@
-// Pictures of the scene that the user asks for.
+// Pictures of the scene that the user requests.
 import { signal } from "@preact/signals";
 
-/** A picture that is asked for. */
+/** A requested picture. */
 export interface PictureRequest {
   /** Pixels. */
   width: number;
@@ -15,17 +15,17 @@ export const pictureRequest = signal<PictureRequest | null>(null);
 /** Whether the sheet for pictures is open. */
 export const pictureOpen = signal(false);
 
-/** The sequence of the newest state that is drawn. */
+/** The sequence of the newest drawn state. */
 export const drawnSequence = signal(0n);
-/** Grows with each picture of the scene, in the task that has drawn it. */
+/** Increases with each picture of the scene, in the task that has drawn it. */
 export const drawnPictures = signal(0);
-/** Grows for each picture that is asked for though nothing has changed. */
+/** Increases with each picture that is requested without a change. */
 export const redraws = signal(0);
 
-/** Pixels of a side, at most. */
+/** Maximum pixels of a side. */
 export const MAX_SIDE = 8192;
 
-/** A PNG of what the scene shows, without the page around it. Rejects if the browser cannot make it. */
+/** Returns a PNG of the scene, without the page around it. Rejects if the browser cannot make it. */
 export function takePicture(width: number, height: number): Promise<Blob> {
   return new Promise((resolve, reject) => {
     const fits = (side: number): boolean => Number.isInteger(side) && side >= 1 && side <= MAX_SIDE;

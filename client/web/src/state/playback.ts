@@ -1,4 +1,4 @@
-// The recording that is shown, if one is: what is drawn of it beside the world.
+// The shown recording, if any: the robots that are drawn beside the world.
 import { signal } from "@preact/signals";
 import type { PlaybackModule } from "../playback";
 import type { Player } from "../playback/player";

@@ -1,4 +1,4 @@
-// The recordings of the daemon, and the one that is being made.
+// The recordings of the daemon, and the current one.
 import { computed, signal } from "@preact/signals";
 
 /** A recording on the daemon's disk. */
@@ -8,15 +8,15 @@ export interface RecordingInfo {
   /** Bytes of all its files. */
   bytes: number;
   files: { name: string; bytes: number }[];
-  /** When it was last written to, by the daemon's clock: milliseconds since 1970. */
+  /** Time of the last write by the daemon's clock: milliseconds since 1970. */
   modified: number;
 }
 
-/** Null until they were asked for. */
+/** Null until they are fetched. */
 export const recordings = signal<readonly RecordingInfo[] | null>(null);
-/** The one that is being made. */
+/** The current recording. */
 export const beingMade = computed(() => recordings.value?.find(({ state }) => state === "recording"));
-/** When it began, by the daemon's clock: milliseconds since 1970. Null where that is not known. */
+/** Start by the daemon's clock: milliseconds since 1970. Null if it is unknown. */
 export const recordingSince = signal<number | null>(null);
 /** Whether the sheet with the list is open. */
 export const recordingsOpen = signal(false);

@@ -1,4 +1,4 @@
-// The load reports of the robots that this tab loaded, and the progress of the one that is being loaded.
+// Load reports of the robots that this tab loaded, and the progress of the current load.
 import { signal } from "@preact/signals";
 
 /** Treatment of one element of a description. */
@@ -7,11 +7,11 @@ export interface Finding {
   disposition: "used" | "defaulted" | "repaired" | "ignored" | "refused";
   /** Where, for instance `joint "elbow" limit`. */
   element: string;
-  /** In the URDF, from 1; 0 where it does not apply. */
+  /** Line in the URDF, from 1; 0 if it does not apply. */
   line: number;
   /** A sentence. */
   message: string;
-  /** The mesh that it is about; empty for the URDF itself. */
+  /** Mesh of the finding; empty for the URDF. */
   file: string;
 }
 
@@ -39,10 +39,10 @@ export interface Loading {
 /** By the robot's name. */
 export const reports = signal<Map<string, LoadReport>>(new Map());
 export const loading = signal<Loading | null>(null);
-/** Robots that this tab loaded and whose lowest point was not measured yet: it may be below the ground. */
+/** Robots that this tab loaded and whose lowest point is not measured yet: it may be below the ground. */
 export const unmeasured = signal<ReadonlySet<string>>(new Set());
 
-/** Has a robot measured once it is drawn, and lifted onto the ground. */
+/** Requests that a robot is measured once it is drawn, and lifted onto the ground. */
 export function measureLater(robot: string): void {
   unmeasured.value = new Set(unmeasured.value).add(robot);
 }

@@ -3,9 +3,9 @@ import { signal } from "@preact/signals";
 
 /** A restart that the user has not answered. */
 export interface Restart {
-  /** When the page found the daemon again. */
+  /** Time at which the page found the daemon again. */
   at: Date;
-  /** Robots that this page can bring in again, at least one. */
+  /** Robots that this page can load again, at least one. */
   robots: readonly string[];
 }
 

@@ -21,7 +21,7 @@ export type Geometry =
   /** A convex hull or part of a mesh, which the daemon made. */
   | { kind: "convex"; sha256: string };
 
-/** How often a picture is repeated, across and up: on each metre of a box or plane, or on each side of a shape. */
+/** Number of repetitions of a picture, across and up: on each metre of a box or plane, or on each side of a shape. */
 export interface TextureRepeat {
   x: number;
   y: number;
@@ -36,9 +36,9 @@ export interface Shape {
   geometry: Geometry;
   /** Red, green, blue, alpha, each 0 to 1; absent if the description has none. */
   color?: readonly [number, number, number, number];
-  /** The SHA-256 of a picture on it, which the colour is multiplied by; absent if there is none. */
+  /** SHA-256 of its picture, which the colour multiplies; absent without one. */
   texture?: string;
-  /** How often the picture is repeated; absent: once. */
+  /** Number of repetitions of the picture; absent for one. */
   textureRepeat?: TextureRepeat;
 }
 
@@ -47,7 +47,7 @@ export interface SceneLink {
   name: string;
   /** Index of the parent; -1 for the root. */
   parent: number;
-  /** Whether it can move at all: its base is free, or a joint on the way to the root can. */
+  /** Whether it can move: its base is free, or a joint on the way to the root can move. */
   movable: boolean;
   /** Kilograms. */
   mass: number;
@@ -57,13 +57,13 @@ export interface SceneLink {
   inertia?: readonly number[];
 }
 
-/** One joint of a robot, also one that cannot move. */
+/** One joint of a robot, including joints that cannot move. */
 export interface SceneJoint {
   name: string;
   type: "fixed" | "revolute" | "continuous" | "prismatic" | "planar" | "spherical" | "floating" | "joint";
   /** Name of the link that it moves. Its frame is the frame of this link. */
   child: string;
-  /** Unit vector in its frame, the normal of a planar joint; absent where it has none. */
+  /** Unit vector in its frame, the normal of a planar joint; absent without an axis. */
   axis?: Vector;
   /** Radians or metres; N m or N; rad/s or m/s. */
   lower?: number;
@@ -86,7 +86,7 @@ export interface RobotScene {
   /** Absent for robots of recordings. */
   joints?: readonly SceneJoint[];
   visuals: Shape[];
-  /** As the description has them. */
+  /** Visual shapes of the description. */
   collisions: Shape[];
   /** Collision shapes that the physics uses in their place. */
   colliders: Shape[];
@@ -95,5 +95,5 @@ export interface RobotScene {
 /** By the robot's name. */
 export const scenes = signal<Map<string, RobotScene>>(new Map());
 
-/** Whether the world has ground that robots can stand on: a plane, or something wide that cannot move. True until that is known. */
+/** Whether the world has ground for robots: a plane, or something wide that cannot move. True until that is known. */
 export const hasGround = signal(true);

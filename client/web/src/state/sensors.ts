@@ -24,7 +24,7 @@ export interface Lens {
   height: number;
   /** From left to right, radians. */
   fieldOfView: number;
-  /** Metres: what is nearer or farther is not seen. */
+  /** Metres: nearer and farther things are invisible. */
   near: number;
   far: number;
 }
@@ -34,11 +34,11 @@ export interface Sensor {
   robot: string;
   name: string;
   kind: SensorKind;
-  /** The link or joint that it is on. */
+  /** The link or joint that carries it. */
   on: string;
-  /** Samples per simulated second; undefined: one each step. */
+  /** Samples per simulated second; undefined for one each step. */
   rate: number | undefined;
-  /** Why it has no readings; empty if it has. */
+  /** Reason why it has no readings; empty if it has. */
   unavailable: string;
   /** link_from_sensor. */
   pose?: Pose;
@@ -59,9 +59,9 @@ export type Measurement =
   | { kind: "encoder"; position: number; velocity: number }
   | { kind: "unknown" };
 
-/** By robot, in the order in which they were made. */
+/** By robot, in the order of creation. */
 export const sensors = signal<readonly Sensor[]>([]);
-/** The robot whose readings are shown; empty if none are. */
+/** The robot whose readings are shown; empty without one. */
 export const sensorsShownOf = signal("");
 /** The newest of each sensor of that robot, by the sensor's name. */
 export const readings = signal<ReadonlyMap<string, Measurement>>(new Map());

@@ -1,9 +1,9 @@
-// Whether two states of the world look alike, so that there is nothing to draw and little to ask.
+// Comparison of two states: if they look alike, the page has nothing to draw and little to fetch.
 import type { Frame, JointValues } from "./world";
 
 /** Metres, and components of a quaternion: smaller motions are not drawn. */
 export const MIN_MOTION = 1e-6;
-/** Less than what the panel shows: radians or metres, and their velocities; newton metres or newtons. */
+/** Tolerance below the panel's display: radians or metres, and their velocities; newton metres or newtons. */
 const MIN_POSITION = 1e-4;
 const MIN_VELOCITY = 1e-3;
 const MIN_EFFORT = 1e-2;

@@ -1,4 +1,4 @@
-// Short messages about errors and results, which disappear by themselves.
+// Short messages about errors and results, which disappear automatically.
 import { signal } from "@preact/signals";
 
 /** One message. */
@@ -12,7 +12,7 @@ export interface Toast {
 
 /** How long each kind is shown, milliseconds. */
 const DURATION = { error: 8000, info: 4000 } as const;
-/** Messages that are shown at once. */
+/** Maximum number of messages at once. */
 const MAX_TOASTS = 5;
 
 export const toasts = signal<Toast[]>([]);
@@ -20,7 +20,7 @@ export const toasts = signal<Toast[]>([]);
 let lastId = 0;
 const timers = new Map<number, ReturnType<typeof setTimeout>>();
 
-/** Shows a message for a while. One that is shown already is counted instead of shown twice. */
+/** Shows a message for a while. A message that is already shown is counted instead of shown twice. */
 export function toast(kind: "error" | "info", sentence: string): void {
   const same = toasts.value.find((there) => there.kind === kind && there.sentence === sentence);
   if (same) {

@@ -1,4 +1,4 @@
-// Changes are undone and redone in order, and what cannot be is said once and forgotten.
+// Changes are undone and redone in order. A change that cannot be undone gives one message, and is dropped.
 import { beforeEach, expect, test } from "vitest";
 import { toasts } from "./toasts";
 import { changed, future, past, redo, undo } from "./undo";

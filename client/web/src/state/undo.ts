@@ -2,12 +2,12 @@
 import { signal } from "@preact/signals";
 import { toast } from "./toasts";
 
-/** Changes that are kept. */
+/** Maximum number of changes. */
 const MOST = 100;
-/** Milliseconds within which changes of one thing are one change. */
+/** Milliseconds within which changes of one thing count as one. */
 const TOGETHER = 1000;
 
-/** One change. Each of the two rejects with a sentence for the user where it cannot be done any more. */
+/** One change. Both functions reject with a sentence for the user if the change is no longer possible. */
 export interface Change {
   /** "moving crate". */
   what: string;

@@ -5,7 +5,7 @@ import type { Vector } from "./scene";
 /** Light, dark, or the setting of the system. */
 export type Theme = "system" | "light" | "dark";
 
-/** How fine the picture is: "auto" is by how fast pictures come. */
+/** Quality of the picture: "auto" depends on the frame rate. */
 export type Quality = "auto" | "low" | "high";
 
 /** A link of a robot. */
@@ -16,14 +16,14 @@ export interface LinkName {
 
 const PREFIX = "simd.view.";
 
-/** A setting that is kept: its value, what it is at first, and what it may be. */
+/** A stored setting: its value, its default, and its valid values. */
 export interface Kept {
   value: Signal<unknown>;
   initial: unknown;
   isValid: (value: unknown) => boolean;
 }
 
-/** All that are kept, by name. */
+/** All stored settings, by name. */
 export const kept = new Map<string, Kept>();
 
 /** A signal that is read from a storage of the browser and written back to it. */
@@ -80,7 +80,7 @@ export const selectedRobot = stored("selectedRobot", "", isString);
 
 const isSlot = (value: unknown): value is [string, number] => Array.isArray(value) && value.length === 2 && isString(value[0]) && isNumber(value[1]);
 
-/** How large text and controls are; "auto" is by the width of the window. */
+/** Size of text and controls; "auto" depends on the width of the window. */
 export type TextSize = "auto" | "100" | "125" | "150" | "200";
 const TEXT_SIZES: readonly unknown[] = ["auto", "100", "125", "150", "200"] satisfies TextSize[];
 export const textSize = stored<TextSize>("textSize", "auto", (value): value is TextSize => TEXT_SIZES.includes(value));
@@ -95,7 +95,7 @@ export const plotSpan = stored("plotSpan", 10, isNumber);
 /** Keys and colour slots of the plotted axes, oldest first. */
 export const plottedSlots = stored<readonly (readonly [string, number])[]>("plotted", [], (value): value is [string, number][] => Array.isArray(value) && value.every(isSlot));
 
-/** Keys of what else is plotted; see `plots/series.ts`. */
+/** Keys of the other plotted series; see `plots/series.ts`. */
 export const plottedSeries = stored<readonly string[]>("series", [], (value): value is string[] => Array.isArray(value) && value.every(isString));
 /** Whether contacts are drawn or plotted. */
 export const contactsWanted = computed(() => contacts.value || plottedSeries.value.some((key) => key.startsWith("contact/")));
@@ -111,31 +111,31 @@ const isView = (value: unknown): value is CameraView => Array.isArray(value) && 
  */
 export const cameraView = stored<CameraView | null>("camera", null, isView, () => sessionStorage);
 
-/** Without perspective: what is parallel is drawn parallel. */
+/** Whether the picture is orthographic. */
 export const orthographic = stored("orthographic", false, isBoolean, () => sessionStorage);
 /** Small views from the front, the left and above, over the picture. */
 export const sideViews = stored("sideViews", false, isBoolean);
 /** Latest measurements of the robot in the panel, beside its sensors. */
 export const readingsShown = stored("readings", false, isBoolean);
-/** Name of the robot that the camera goes along with; empty if there is none. */
+/** Name of the robot that the camera follows; empty without one. */
 export const followed = signal("");
 
-/** A side that the world is seen from; "corner" is from the front, the left and above. */
+/** A side from which the world is seen; "corner" is from the front, the left and above. */
 export type Viewpoint = "front" | "back" | "left" | "right" | "top" | "bottom" | "corner";
 
-/** A move of the camera: angles in radians, `right` and `up` of "pan" as shares of the distance to what is looked at. */
+/** A move of the camera: angles in radians, `right` and `up` of "pan" as shares of the distance to the target. */
 export type CameraMove =
   | { kind: "from"; viewpoint: Viewpoint }
   | { kind: "orbit"; right: number; up: number }
   | { kind: "pan"; right: number; up: number }
   | { kind: "zoom"; factor: number };
 
-/** The newest move that was asked for. */
+/** The newest requested move. */
 export const cameraMove = signal<CameraMove | null>(null);
 
 /** Moves the camera. */
 export function moveCamera(move: CameraMove): void {
-  // A new object, so that the same move is made again.
+  // A new object, so that an equal move is made again.
   cameraMove.value = { ...move };
 }
 

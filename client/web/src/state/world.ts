@@ -12,7 +12,7 @@ export interface Axis {
   joint: string;
   /** Which of a planar joint's axes: 0 x, 1 y, 2 angle; of a ball joint 0 roll, 1 pitch, 2 yaw; else 0. */
   axis: number;
-  /** It is one of three of a ball joint, whose position is a quaternion: see `axisValues`. */
+  /** Whether it is one of three axes of a ball joint, whose position is a quaternion: see `axisValues`. */
   isBall?: true;
   /** The label of its row. */
   label: string;
@@ -30,7 +30,7 @@ export interface Axis {
   actuated: boolean;
   /** The joint that it mimics. */
   mimics?: string;
-  /** The client that has claimed it; empty if none has. */
+  /** The client that has claimed it; empty without one. */
   claimedBy: string;
 }
 
@@ -45,9 +45,9 @@ export interface Robot {
   axes: Axis[];
   /** Names of its links; the first is the root. */
   links: string[];
-  /** Why it is disabled; empty if it is not. */
+  /** Reason why it is disabled; empty if it is not. */
   disabledReason: string;
-  /** The client that has claimed all of it; empty if none has. */
+  /** The client that has claimed all of it; empty without one. */
   claimedBy: string;
   /** Kilograms. */
   mass: number;
@@ -58,7 +58,9 @@ export interface JointValues {
   position: number[];
   velocity: number[];
   effort: number[];
-  /** A position, a velocity or an effort, as `mode` says; of a ball joint's position the rotation vector. */
+  /**
+   * A position, a velocity or an effort, according to `mode`; for a ball joint's position the rotation vector.
+   */
   target: number[];
   mode: Mode[];
   /** Bits: 1 saturated, 2 at the lower limit, 4 at the upper. */
@@ -77,7 +79,7 @@ export interface ContactPoint {
   /** From a to b. */
   normal: [number, number, number];
   depth: number;
-  /** Newtons on b along the normal. */
+  /** Force on b along the normal, newtons. */
   normalForce: number;
 }
 
@@ -102,9 +104,9 @@ export interface Connection {
   state: "connecting" | "live" | "lost";
   /** A message for the user, if it is lost. */
   reason: string;
-  /** The time of the next attempt, as `performance.now()`. */
+  /** Time of the next attempt, as `performance.now()`. */
   retryAt: number;
-  /** The daemon asks for a token, and the page has none that it takes. */
+  /** The daemon asks for a token, and the page has no valid one. */
   needsToken?: boolean;
 }
 
@@ -120,7 +122,7 @@ export interface Simulation {
   overruns: bigint;
   /** Wall seconds that a step takes. */
   stepDuration: number;
-  /** The client that has claimed the world; empty if none has. */
+  /** The client that has claimed the world; empty without one. */
   claimedBy: string;
 }
 
@@ -142,7 +144,7 @@ export interface Parameter {
   maximum: number;
   value: number;
   presses: bigint;
-  /** "robot/joint" of the joint whose target a slider sets; empty for none. */
+  /** "robot/joint" of the joint whose target a slider sets; empty without one. */
   joint: string;
 }
 
@@ -174,14 +176,14 @@ export const clients = signal<Client[]>([]);
 export const targetSources = signal<Map<string, string>>(new Map());
 export const daemonName = signal("");
 
-/** Bytes that the daemon takes at most: of a description, of another file, and of a message. */
+/** The daemon's limits in bytes: of a description, of another file, and of a message. */
 export interface RequestBytes {
   description: number;
   asset: number;
   message: number;
 }
 
-/** Null until the daemon has said them. */
+/** Null until the daemon has sent them. */
 export const limits = signal<RequestBytes | null>(null);
 
 /** Permissions of a token. */

@@ -1,4 +1,4 @@
-// The page knows a phone that stands, one that lies, and large text.
+// The page detects an upright phone, a phone on its side, and large text.
 import { expect, test, vi } from "vitest";
 
 vi.stubGlobal("innerWidth", 1280);

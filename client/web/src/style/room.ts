@@ -2,7 +2,7 @@
 import { computed, effect, signal, type ReadonlySignal } from "@preact/signals";
 import { shownTextSize } from "./text-size";
 
-/** "tall" is a phone that stands, whose panel is below the picture; "short" a phone that lies, or a window with large text. */
+/** "tall" is an upright phone, with its panel below the picture; "short" a phone on its side, or a window with large text. */
 export type Room = "wide" | "tall" | "short";
 
 /** Widths and heights in pixels, of text of 100 %. */
