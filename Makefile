@@ -32,7 +32,7 @@ build: viewer
 camera:
 	$(CARGO) build --locked -p simd-camera
 
-# The Rust code of the schema, which is committed. A test says when it is stale.
+# The Rust code of the schema, which is committed. A test fails if it is stale.
 schema:
 	CARGO_TARGET_DIR=target/schema $(CARGO) run --quiet --locked --manifest-path proto/generate/Cargo.toml
 

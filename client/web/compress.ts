@@ -6,7 +6,7 @@ import type { Plugin } from "vite";
 
 const TEXT = /\.(html|js|css|svg|json|txt)$/;
 
-/** A plugin of Vite that compresses what was built, and says how large it is. */
+/** A plugin of Vite that compresses the built files, and prints their sizes. */
 export function compress(): Plugin {
   let folder = "dist";
   return {

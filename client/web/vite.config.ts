@@ -1,4 +1,4 @@
-// How the page is built, and served during development.
+// Build of the page, and its development server.
 import { defineConfig } from "vitest/config";
 import { compress } from "./compress.ts";
 

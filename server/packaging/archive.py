@@ -11,7 +11,7 @@ from tree import install, settle
 
 
 def make(release: Release, licences: str, scratch: Path) -> list[Path]:
-    """Both archives."""
+    """Writes both archives."""
     root = scratch / release.name
     install(release, root, licences)
     shutil.copy(REPOSITORY / "LICENSE", root)

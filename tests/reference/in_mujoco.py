@@ -1,4 +1,4 @@
-"""A case in MuJoCo: its Euler integrator by default; other settings as by default."""
+"""A case in MuJoCo, by default with its Euler integrator; other settings as by default."""
 
 import mujoco
 import numpy as np

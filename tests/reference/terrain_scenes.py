@@ -225,7 +225,7 @@ def dropped(radius, places):
 
 
 def samurai():
-    """Balls fall on the monastery's yards and roofs, each from 2 m above what a ray meets there."""
+    """Balls fall on the monastery's yards and roofs, each from 2 m above a ray's hit there."""
     places = [(x, y, 32.0) for x in (-30.0, -8.0, 0.0, 14.0) for y in (-30.0, -6.0, 4.0, 25.0)]
     house = Robot("samurai", OTHERS + "samurai.urdf", [0.0, 0.0, 0.0], True)
     scene = Scene("balls fall on samurai.urdf", 6.0, [5.0, 6.0], [], [house])

@@ -153,7 +153,7 @@ export function pullLink(robot: string, linkName: string, point: Vector, target:
   return pulls.set(`${robot}/${linkName}`, { robot, link: linkName, point, target, spring, duration });
 }
 
-/** Ends what `pullLink` began. */
+/** Ends the pull of `pullLink`. */
 export function stopPulling(robot: string, linkName: string): Promise<void> {
   return pulls.set(`${robot}/${linkName}`, { robot, link: linkName });
 }

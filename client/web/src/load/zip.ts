@@ -59,7 +59,7 @@ export async function openZip(zip: File, limits = ZIP_LIMITS, progress: (done: n
   return files;
 }
 
-/** The files that an archive lists, without what systems put beside them. */
+/** Returns the files that an archive lists, without the metadata that systems put beside them. */
 async function entriesOf(zip: File, limits: ZipLimits): Promise<Entry[]> {
   const tail = await viewOf(zip, Math.max(0, zip.size - END_BYTES - MAX_COMMENT), zip.size);
   let end = tail.byteLength - END_BYTES;

@@ -244,7 +244,7 @@ function JointTools(): JSX.Element {
   );
 }
 
-/** The rows, under headings if there are many. */
+/** The rows, under headings if they are many. */
 function JointList({ robot }: { robot: Robot }): JSX.Element {
   const groups = useComputed(() => {
     const { axes } = shownRobot.value ?? robot;

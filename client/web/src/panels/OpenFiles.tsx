@@ -43,7 +43,7 @@ function Opener({ children, class: className, testId, inputId, label, title, isF
       <input
         ref={(element) => {
           input.current = element;
-          // Choose a folder; there is no standard property for this.
+          // Lets the user choose a folder; no standard property exists for this.
           if (isFolder) element?.setAttribute("webkitdirectory", "");
         }}
         type="file"

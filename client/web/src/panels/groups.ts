@@ -21,7 +21,7 @@ function words(name: string): string[] {
     .filter((word) => word !== "");
 }
 
-/** Groups rows whose names share their first words, if there are many. Groups are in the order of their first rows. */
+/** Groups rows whose names share their first words, if they are many. Groups are in the order of their first rows. */
 export function grouped<T>(items: readonly T[], nameOf: (item: T) => string): Group<T>[] {
   const plain = items.map((item) => ({ item, label: nameOf(item) }));
   if (items.length < MIN_ROWS) return [{ heading: "", rows: plain }];

@@ -89,8 +89,8 @@ export class Overview {
   }
 
   /**
-   * Damaged parts are gaps; the time line says why. Parts that the daemon cannot send now are requested until they come, or
-   * all is stopped.
+   * Damaged parts are gaps; the time line shows the reason. Parts that the daemon cannot send now are requested until they
+   * come, or all is stopped.
    */
   private async statesOf(first: number): Promise<readonly ReadonlyMap<string, JointState>[]> {
     while (!this.stopped) {

@@ -1,4 +1,4 @@
-// Which joints are plotted, with their colours.
+// Plotted joints, with their colours.
 import { computed } from "@preact/signals";
 import { plotsOpen, plottedSlots } from "../state/view";
 import { robots, type Axis } from "../state/world";

@@ -20,7 +20,7 @@ export class Samples {
     return this.end - this.start;
   }
 
-  /** Time of the newest sample; `-Infinity` if there is none. */
+  /** Time of the newest sample; `-Infinity` without one. */
   get last(): number {
     return this.length > 0 ? (this.time[this.end - 1] ?? -Infinity) : -Infinity;
   }

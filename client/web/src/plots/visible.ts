@@ -23,7 +23,7 @@ export function indicesBetween(times: ArrayLike<number>, { min, max }: Extent): 
   return { from: Math.max(0, firstAt(times, min) - 1), to: Math.min(times.length, firstAt(times, max) + 1) };
 }
 
-/** The last `span` seconds; while there are fewer, the plot fills from the left. */
+/** Returns the last `span` seconds; while the recording is shorter, the plot fills from the left. */
 export function following(times: ArrayLike<number>, span: number): Extent {
   const first = times[0] ?? 0;
   const last = times[times.length - 1] ?? 0;

@@ -76,7 +76,7 @@ function decompressBlock(block: Uint8Array, out: Uint8Array, end: number): numbe
       out.copyWithin(to, to - offset, to - offset + match);
       to += match;
     } else {
-      // It overlaps what it makes: a run.
+      // The match overlaps its output: a run.
       for (const stop = to + match; to < stop; to += 1) out[to] = out[to - offset] ?? 0;
     }
   }

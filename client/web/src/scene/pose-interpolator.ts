@@ -43,7 +43,10 @@ export class PoseInterpolator {
     return this.isSettled(now) ? this.last : this.before;
   }
 
-  /** Writes the poses of a robot's links at `now` into `out`, seven numbers a link. Returns whether there are any. */
+  /**
+   * Writes the poses of a robot's links at `now` into `out`, seven numbers a link. Returns whether the robot has
+   * poses.
+   */
   sample(robot: string, now: number, out: Float64Array): boolean {
     const to = this.last?.poses.get(robot);
     if (!to || to.length !== out.length) return false;

@@ -23,7 +23,7 @@ export class ViewCamera extends PerspectiveCamera {
   }
 
   override updateProjectionMatrix(): void {
-    // The constructor of the base class calls this before there is a size.
+    // The constructor of the base class calls this before the size is set.
     if (!(this.half > 0)) {
       super.updateProjectionMatrix();
       return;

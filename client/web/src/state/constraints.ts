@@ -39,7 +39,7 @@ export interface Constraint {
 /** Maximum number of drawn constraints: the first ones. */
 export const MOST_DRAWN = 400;
 
-/** In the order in which they were made. */
+/** Constraints in the order of their creation. */
 export const constraints = signal<readonly Constraint[]>([]);
 /** Name of the constraint under the pointer in the panel; empty without one. */
 export const hoveredConstraint = signal("");

@@ -5,7 +5,7 @@ import { signal } from "@preact/signals";
 export interface Finding {
   severity: "info" | "warning" | "error";
   disposition: "used" | "defaulted" | "repaired" | "ignored" | "refused";
-  /** Where, for instance `joint "elbow" limit`. */
+  /** Element of the description, for instance `joint "elbow" limit`. */
   element: string;
   /** Line in the URDF, from 1; 0 if it does not apply. */
   line: number;

@@ -6,11 +6,11 @@ export interface Toast {
   id: number;
   kind: "error" | "info";
   sentence: string;
-  /** How many times the same message was shown. */
+  /** Number of times that the same message was shown. */
   count: number;
 }
 
-/** How long each kind is shown, milliseconds. */
+/** Duration of each kind, milliseconds. */
 const DURATION = { error: 8000, info: 4000 } as const;
 /** Maximum number of messages at once. */
 const MAX_TOASTS = 5;

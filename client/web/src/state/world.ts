@@ -10,7 +10,10 @@ export interface Axis {
   key: string;
   robot: string;
   joint: string;
-  /** Which of a planar joint's axes: 0 x, 1 y, 2 angle; of a ball joint 0 roll, 1 pitch, 2 yaw; else 0. */
+  /**
+   * Index of the axis in its joint: of a planar joint 0 x, 1 y, 2 angle; of a ball joint 0 roll, 1 pitch, 2
+   * yaw; else 0.
+   */
   axis: number;
   /** Whether it is one of three axes of a ball joint, whose position is a quaternion: see `axisValues`. */
   isBall?: true;
