@@ -11,8 +11,8 @@ export interface Axis {
   robot: string;
   joint: string;
   /**
-   * Index of the axis in its joint: of a planar joint 0 x, 1 y, 2 angle; of a ball joint 0 roll, 1 pitch, 2
-   * yaw; else 0.
+   * Index of the axis in its joint. Planar joint: 0 x, 1 y, 2 angle. Ball joint: 0 roll, 1 pitch, 2 yaw. Other
+   * joints: 0.
    */
   axis: number;
   /** Whether it is one of three axes of a ball joint, whose position is a quaternion: see `axisValues`. */
