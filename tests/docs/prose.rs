@@ -160,14 +160,35 @@ fn wrong(path: &str, blocks: Vec<Sentence>) -> Vec<String> {
     said.map(|said| format!("{path}:{said}")).collect()
 }
 
-/// Doc comments of Rust as Markdown, with empty lines where code is, so that lines keep their numbers.
-fn doc_comments(source: &str) -> String {
+/// Comments of a source file as Markdown: doc comments of Rust, comments of TypeScript, docstrings of Python. Code
+/// becomes empty lines, so that lines keep their numbers.
+fn comments(ending: &str, source: &str) -> String {
+    let mut is_within = false;
     let comment = |line: &str| {
-        let line = line.trim_start();
-        let text = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
-        text.map(|text| text.strip_prefix(' ').unwrap_or(text).to_owned()).unwrap_or_default()
+        let line = line.trim();
+        match ending {
+            "rs" => line.strip_prefix("///").or_else(|| line.strip_prefix("//!")),
+            "py" => {
+                let text = line.strip_prefix("\"\"\"");
+                let starts = !is_within && text.is_some();
+                let text = text.filter(|_| starts).unwrap_or(line);
+                let was_within = is_within || starts;
+                is_within = was_within && !text.ends_with("\"\"\"");
+                was_within.then(|| text.trim_end_matches('"'))
+            }
+            _ => {
+                let starts = line.starts_with("/*");
+                let was_within = is_within || starts;
+                is_within = was_within && !line.ends_with("*/");
+                let text = line.trim_start_matches('/').trim_start_matches('*');
+                let text = text.trim_end_matches('/').trim_end_matches('*');
+                (was_within || line.starts_with("//")).then_some(text)
+            }
+        }
+        .map(|text| text.strip_prefix(' ').unwrap_or(text).to_owned())
+        .unwrap_or_default()
     };
-    source.lines().map(|line| comment(line) + "\n").collect()
+    source.lines().map(comment).map(|line| line + "\n").collect()
 }
 
 #[test]
@@ -196,13 +217,18 @@ fn each_page_opens_with_its_readers_and_what_they_get() {
 }
 
 #[test]
-fn doc_comments_are_plain() {
+fn comments_are_plain() {
     let mut files = Vec::new();
     words::files(&root(), &mut files);
     let mut found = Vec::new();
-    for file in files.iter().filter(|file| file.extension().is_some_and(|it| it == "rs")) {
+    for file in files {
+        let ending = file.extension().and_then(|it| it.to_str()).unwrap_or_default();
         let path = file.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
-        found.extend(wrong(&path, blocks(&doc_comments(&fs::read_to_string(file).unwrap()))));
+        // Other scripts have texts in the form of docstrings.
+        let is_client = ending == "py" && path.starts_with("client/python/src/");
+        if is_client || ["rs", "ts", "tsx"].contains(&ending) {
+            found.extend(wrong(&path, blocks(&comments(ending, &fs::read_to_string(&file).unwrap()))));
+        }
     }
     assert!(found.is_empty(), "{found:#?}");
 }
@@ -227,8 +253,16 @@ fn prose_that_has_to_be_translated_is_found() {
         for text in [riddle.to_owned(), format!("## {riddle}\n"), format!("* Before.\n* {riddle}\n")] {
             assert!(!wrong("a.md", blocks(&text)).is_empty(), "{text:?}");
         }
-        let comment = format!("struct A;\n    /// {riddle}\n");
-        assert_eq!(wrong("a.rs", blocks(&doc_comments(&comment))).len(), wrong("a.md", blocks(riddle)).len());
+        let of_comments = [
+            ("rs", format!("struct A;\n    /// {riddle}\n")),
+            ("ts", format!("const a = 1; // not read\n  // {riddle}\n")),
+            ("tsx", format!("/** {riddle} */\nconst a = 1;\n")),
+            ("py", format!("def a():\n    \"\"\"{riddle}\"\"\"\n    b = 1\n")),
+        ];
+        for (ending, source) in of_comments {
+            let found = wrong("a", blocks(&comments(ending, &source))).len();
+            assert_eq!(found, wrong("a.md", blocks(riddle)).len(), "{source}");
+        }
     }
     let plain = [
         "Every method is served on every transport",
