@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import threading
+import time
 import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
@@ -86,6 +87,20 @@ class ZenohLink(Link):
 
     def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
         """Sends a request and blocks until its reply. Returns the reply's bytes."""
+        # Zenoh may end a query without a reply while it removes another session of this process.
+        for pause in (0.05, 0.2, 0.5) if _only_reads(method) else ():
+            reply = self._reply(method, payload, timeout)
+            if reply is not None or self.session.is_closed():
+                break
+            time.sleep(pause)
+        else:
+            reply = self._reply(method, payload, timeout)
+        if reply is None:
+            raise self.unavailable()
+        return self.opened(reply, timeout)
+
+    def _reply(self, method: AnyMethod, payload: bytes, timeout: float) -> zenoh.Reply | None:
+        """Sends a request and blocks until its reply. Returns `None` if the query ends without one."""
         daemon = self.daemon()
         try:
             replies = self._send(
@@ -99,8 +114,8 @@ class ZenohLink(Link):
             while not _is_from(daemon, reply):
                 reply = replies.recv()
         except zenoh.ZError:
-            raise self.unavailable() from None
-        return self.opened(reply, timeout)
+            return None
+        return reply
 
     def start(
         self,
@@ -264,6 +279,11 @@ class ZenohLink(Link):
             )
         except zenoh.ZError:
             raise self.unavailable() from None
+
+
+def _only_reads(method: AnyMethod) -> bool:
+    """Returns whether a second call changes nothing that the first one did not."""
+    return method.key.rpartition("/")[2].startswith(("Get", "List", "Find", "Cast", "Compute", "Check"))
 
 
 def _is_from(daemon: str, reply: zenoh.Reply) -> bool:
