@@ -185,7 +185,7 @@ fn lost(schema: &str, base: &str) -> Vec<String> {
     let base = Node::parse(base);
     assert!(read(&base).is_some());
     let words = words(schema);
-    // What an element holds stands for it.
+    // The contents of an element stand for it.
     let is_container = |word: &Word| {
         let is_within = |other: &Word| other.path.starts_with(&word.path) && other.name() != word.name();
         word.attribute.is_none() && word.text.is_empty() && words.iter().any(is_within)

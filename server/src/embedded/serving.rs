@@ -29,7 +29,7 @@ pub(super) struct Serving {
     server: Mutex<Option<(Served, JoinHandle<()>)>>,
 }
 
-/// Where a world is served.
+/// Address and socket of a served world.
 #[derive(Clone, Copy, Debug)]
 pub struct Served {
     /// With the port that it got.

@@ -19,7 +19,7 @@ pub(super) struct SocketNames {
     field: Field,
 }
 
-/// Where in the connection the next byte is.
+/// Position of the next byte in the connection.
 #[derive(Debug, Default)]
 enum Place {
     #[default]
@@ -35,7 +35,7 @@ enum Place {
     Http1,
 }
 
-/// Where in the header fields the next byte is.
+/// Position of the next byte in the header fields.
 #[derive(Debug)]
 enum Field {
     /// Behind so many bytes that are as in the name.

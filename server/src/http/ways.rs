@@ -18,7 +18,7 @@ const MOST: usize = 16;
 struct Ways<'a> {
     name: &'a str,
     version: &'a str,
-    /// Where the daemon listens.
+    /// Address at which the daemon listens.
     zenoh: &'a [String],
     /// Routers that it joins.
     routers: &'a [String],
@@ -27,7 +27,7 @@ struct Ways<'a> {
 /// Locators of Zenoh by which a daemon is reached.
 #[derive(Clone, Debug, Default)]
 pub struct ZenohWays {
-    /// Where the daemon listens.
+    /// Address at which the daemon listens.
     pub listen: Vec<String>,
     /// Routers that it joins.
     pub routers: Vec<String>,

@@ -202,7 +202,7 @@ mod tests {
         let service = Service::new(paused());
         let small = || Request::new(v1::RolloutRequest { copies: 2, steps: 5, ..Default::default() });
         let mut unread = Vec::new();
-        // As many streams as run in parallel; each is polled once and then no more.
+        // The maximum number of parallel streams; each is polled once.
         for _ in 0..2 {
             let mut stream = service.rollout(small()).await.unwrap().into_inner();
             poll_fn(|context| {

@@ -56,7 +56,7 @@ pub(super) fn largest_distance(mesh: &MeshAsset, scale: DVec3, proxies: &[Made])
     for (made, solid) in solids {
         for point in samples(&solid.vertices, &solid.triangles) {
             let point = made.own_from_shape.transform_point(point);
-            // Where parts overlap, the surface of one is inside another.
+            // Parts may overlap, with the surface of one inside another.
             let inside = proxies.iter().any(|other| {
                 !std::ptr::eq(other, made) && other.shape.contains_point(&other.own_from_shape, point)
             });

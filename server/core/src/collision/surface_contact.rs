@@ -1,4 +1,4 @@
-//! Where two surfaces of triangles touch that both move: two links of one robot whose convex hulls overlap while their meshes are apart.
+//! Contacts of two moving surfaces of triangles: links of one robot whose convex hulls overlap while their meshes are apart.
 //!
 //! A contact holds the two surfaces [`SHELL`] apart. So they do not cross, and each contact has the direction between two nearest points;
 //! surfaces that cross have no such points. Where a fast motion makes them cross all the same, they are moved along the direction in which

@@ -28,7 +28,7 @@ struct Node {
     first: u32,
     /// Its triangles if it is a leaf, else 0.
     count: u32,
-    /// Where its second half is among the nodes.
+    /// Index of its second half among the nodes.
     second: u32,
 }
 

@@ -272,7 +272,7 @@ impl Articulation {
     /// Adds to the velocities that servos aim at the parts of the free velocities that they let through.
     fn let_slip(&mut self, gravity: DVec3, h: f64) {
         for drive in &mut self.state.drives {
-            // What saturates has no gains.
+            // A saturated actuator has no gains.
             drive.saturated = Some(drive.feed_forward);
         }
         self.predict(gravity, h);

@@ -21,7 +21,7 @@ pub(crate) enum Shape {
 /// Numbers of an attribute.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Numbers {
-    /// As many as the shape requires.
+    /// The values; the shape sets their number.
     pub(crate) values: Vec<f64>,
     /// Repair, as the end of a sentence after the attribute and its value.
     pub(crate) repair: Option<String>,

@@ -158,7 +158,7 @@ async fn a_stream_of_requests_is_no_slow_body_but_has_a_limit_of_its_own() {
 #[tokio::test]
 async fn a_client_that_reads_no_answer_is_idle_and_one_that_waits_for_it_is_not() {
     let daemon = Daemon::start(RunState::Playing).await;
-    // As many states as possible, which fill a small HTTP/2 window and are not read.
+    // The highest rate: unread states fill a small HTTP/2 window.
     let request = v1::WatchJointStatesRequest { rate: 1000.0, ..Default::default() };
     let endpoint = Endpoint::from_shared(format!("http://{}", daemon.address)).unwrap();
     let channel = endpoint.initial_stream_window_size(4096).connect().await.unwrap();
