@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -254,3 +256,18 @@ def test_ctrl_c_ends_a_call_that_waits() -> None:
 def test_a_program_is_known_by_its_scripts_name(monkeypatch: pytest.MonkeyPatch, argument: str, name: str) -> None:
     monkeypatch.setattr(sys, "argv", [argument])
     assert program() == name
+
+
+def test_a_server_that_sends_byte_by_byte_keeps_no_client_waiting() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def drip() -> None:
+            connection, _ = server.accept()
+            with connection, contextlib.suppress(OSError):
+                while True:
+                    connection.sendall(b"H")
+                    time.sleep(0.01)
+
+        threading.Thread(target=drip, daemon=True).start()
+        with pytest.raises(SimdError):
+            simd_client.connect(f"simd://127.0.0.1:{server.getsockname()[1]}", connect_timeout=0.3)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import ipaddress
 import json
 import os
+import socket
 import ssl
+import threading
 from collections.abc import Sequence
 from typing import Any
 from urllib.parse import urlsplit
@@ -72,6 +75,17 @@ def _ask(endpoint: Endpoint, timeout: float, ca: str | None) -> dict[str, Any]:
         connection = http.client.HTTPSConnection(host, port, timeout=timeout, context=_context(ca))
     else:
         connection = http.client.HTTPConnection(host, port, timeout=timeout)
+    # The timeout of a socket is for each read, and a server may send byte by byte.
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        with contextlib.suppress(OSError):
+            if connection.sock is not None:
+                connection.sock.shutdown(socket.SHUT_RDWR)
+
+    timer = threading.Timer(timeout, end)
+    timer.start()
     try:
         # No browser asks, so the server's name need not match the certificate.
         connection.request("GET", _DOCUMENT, headers={"Host": "localhost"})
@@ -94,7 +108,10 @@ def _ask(endpoint: Endpoint, timeout: float, ca: str | None) -> dict[str, Any]:
             f"no daemon answers at {endpoint.locator} ({error}); start one with `simd`, or name the endpoint of another"
         ) from None
     finally:
+        timer.cancel()
         connection.close()
+    if late.is_set() and document is None:
+        raise Unavailable(f"the answer of {endpoint.locator} is not complete within {timeout:g} s")
     if not isinstance(document, dict):
         raise EndpointError(
             f"what answers at {endpoint.locator} does not say where Zenoh is; name the locator, as tcp/{host}:7447"
