@@ -269,5 +269,5 @@ def test_a_server_that_sends_byte_by_byte_keeps_no_client_waiting() -> None:
                     time.sleep(0.01)
 
         threading.Thread(target=drip, daemon=True).start()
-        with pytest.raises(SimdError):
+        with pytest.raises(Unavailable, match="answers HTTP within 0.3 s"):
             simd_client.connect(f"simd://127.0.0.1:{server.getsockname()[1]}", connect_timeout=0.3)

@@ -86,32 +86,34 @@ def _ask(endpoint: Endpoint, timeout: float, ca: str | None) -> dict[str, Any]:
 
     timer = threading.Timer(timeout, end)
     timer.start()
+    document: object = None
+    failure: Exception | None = None
     try:
         # No browser asks, so the server's name need not match the certificate.
         connection.request("GET", _DOCUMENT, headers={"Host": "localhost"})
         answer = connection.getresponse()
-        document = json.loads(answer.read(_MOST_BYTES)) if answer.status == 200 else None
+        if answer.status == 200:
+            document = json.loads(answer.read(_MOST_BYTES))
     except ssl.SSLCertVerificationError as error:
         raise Unavailable(
             f"the certificate of the daemon at {endpoint.locator} is not accepted ({error.verify_message}): name the file of "
             "the authority that signed it, as `config=simd_client.tls.authority(ca)` or in SIMD_TLS_CA"
         ) from None
-    except (http.client.HTTPException, ValueError):
-        document = None
-    except TimeoutError:
-        raise Unavailable(
-            f"nothing at {endpoint.locator} answers HTTP within {timeout:g} s; name the port of the daemon's page, or its "
-            f"locator of Zenoh, as tcp/{host}:7447"
-        ) from None
-    except OSError as error:
-        raise Unavailable(
-            f"no daemon answers at {endpoint.locator} ({error}); start one with `simd`, or name the endpoint of another"
-        ) from None
+    except (http.client.HTTPException, ValueError, OSError) as error:
+        failure = error
     finally:
         timer.cancel()
         connection.close()
-    if late.is_set() and document is None:
-        raise Unavailable(f"the answer of {endpoint.locator} is not complete within {timeout:g} s")
+    # The timer and the socket's own timeout end at the same moment: either may be first.
+    if document is None and (late.is_set() or isinstance(failure, TimeoutError)):
+        raise Unavailable(
+            f"nothing at {endpoint.locator} answers HTTP within {timeout:g} s; name the port of the daemon's page, or its "
+            f"locator of Zenoh, as tcp/{host}:7447"
+        )
+    if isinstance(failure, OSError) and not isinstance(failure, http.client.HTTPException):
+        raise Unavailable(
+            f"no daemon answers at {endpoint.locator} ({failure}); start one with `simd`, or name the endpoint of another"
+        )
     if not isinstance(document, dict):
         raise EndpointError(
             f"what answers at {endpoint.locator} does not say where Zenoh is; name the locator, as tcp/{host}:7447"
