@@ -73,7 +73,7 @@ impl FromStr for Role {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|role| role.name() == text);
-        found.ok_or_else(|| format!("{text:?} is no role; it must be viewer, operator or admin"))
+        found.ok_or_else(|| format!("{text:?} is not a role; it must be viewer, operator or admin"))
     }
 }
 
@@ -147,13 +147,13 @@ impl FromStr for TokenEntry {
             return Err(format!("after {ROBOTS} there must be names of robots, with commas"));
         }
         if !Self::is_name(name) {
-            return Err(format!("{name:?} is no name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @"));
+            return Err(format!("{name:?} is not a valid name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @"));
         }
-        let hash = hex::bytes(hash).ok_or("its third word is no SHA-256 in hexadecimal")?;
+        let hash = hex::bytes(hash).ok_or("its third word is not a SHA-256 in hexadecimal")?;
         let expires = match expires {
             "never" => None,
             time => Some(time.parse().map_err(|_| {
-                format!("{time:?} is no time; it must be like 2027-01-31T00:00:00Z, or \"never\"")
+                format!("{time:?} is not a time; it must be like 2027-01-31T00:00:00Z, or \"never\"")
             })?),
         };
         Ok(Self { name: name.to_owned(), role: role.parse()?, hash, expires, robots })
@@ -240,9 +240,9 @@ mod tests {
         let good = entry("alice").to_string();
         for (text, expected) in [
             (format!("{good}\nbob operator"), "line 2: it must be a name"),
-            (good.replace("operator", "king"), "line 1: \"king\" is no role"),
-            (good.replace("alice", "a/b"), "line 1: \"a/b\" is no name"),
-            (good.replace("never", "tomorrow"), "line 1: \"tomorrow\" is no time"),
+            (good.replace("operator", "king"), "line 1: \"king\" is not a role"),
+            (good.replace("alice", "a/b"), "line 1: \"a/b\" is not a valid name"),
+            (good.replace("never", "tomorrow"), "line 1: \"tomorrow\" is not a time"),
             (format!("{good}\n\n{good}"), "line 3: there is a token called alice already"),
             (good.replace("never", "never again"), "line 1: it must be a name"),
             (format!("{good} robots=a,,b"), "line 1: after robots= there must be names"),

@@ -94,7 +94,7 @@ pub fn requests() -> &'static [Request] {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
     /// The bytes are no message.
-    #[error("the bytes are no message")]
+    #[error("the bytes are not a message")]
     Malformed,
     /// Decoding it would take more memory than it may.
     #[error("{bytes} bytes would take more than {most} bytes of memory; send fewer elements in one message")]
@@ -128,7 +128,7 @@ pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
 /// Decodes an untrusted message.
 ///
 /// # Errors
-/// Returns an error if the bytes are no message, or decoding them could take more than [`most`].
+/// Returns an error if the bytes are not a message, or decoding them could take more than [`most`].
 pub fn decode<M: Known>(bytes: &[u8]) -> Result<M, Refused> {
     check(M::SHAPE, bytes)?;
     M::decode(bytes).map_err(|_| Refused::Malformed)

@@ -54,7 +54,7 @@ fn bytes_of_a_urdf() {
         urdf + &spaces
     };
     is_read(&padded(most));
-    assert_eq!(refused(&padded(most + 1)), "the URDF has 16777217 bytes; the most is 16777216");
+    assert_eq!(refused(&padded(most + 1)), "the URDF has 16777217 bytes; the limit is 16777216");
     // The bytes count in UTF-16 too.
     let wide: Vec<u8> = padded(most / 2 + 1).encode_utf16().flat_map(u16::to_le_bytes).collect();
     assert!(read(&wide, LoadLimits::default()).unwrap_err().contains("16777218 bytes"));
@@ -81,7 +81,7 @@ fn attributes_of_an_element() {
     let most = LoadLimits::default().xml_attributes;
     let with = |count: usize| robot(&format!("\n<x{}/>", times(count, |i| format!(" a{i}=''"))));
     is_read(&with(most));
-    assert_eq!(refused(&with(most + 1)), "line 2: an element has some 129 attributes; the most is 128");
+    assert_eq!(refused(&with(most + 1)), "line 2: an element has some 129 attributes; the limit is 128");
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn namespaces_of_a_urdf() {
     let most = LoadLimits::default().xml_namespaces;
     let with = |count: usize| robot(&times(count, |i| format!("<x xmlns='n{i}'/>")));
     is_read(&with(most));
-    assert_eq!(refused(&with(most + 1)), "257 namespaces are declared; the most is 256");
+    assert_eq!(refused(&with(most + 1)), "257 namespaces are declared; the limit is 256");
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn bytes_of_a_name() {
     let with = |size: usize| format!("<robot name='r'>\n<link name='{}'/></robot>", "n".repeat(size));
     is_read(&with(most));
     let message = refused(&with(most + 1));
-    assert!(message.ends_with("(line 2): name has 1025 bytes; the most is 1024"), "{message}");
+    assert!(message.ends_with("(line 2): name has 1025 bytes; the limit is 1024"), "{message}");
 }
 
 #[test]
@@ -115,9 +115,9 @@ fn links_and_joints_of_a_robot() {
     let with =
         |links: usize| format!("<robot name='r'>{}{}</robot>", times(links, link), times(links - 1, joint));
     is_read(&with(most));
-    assert_eq!(refused(&with(most + 1)), "robot (line 1): the robot has 1001 links; the most is 1000");
+    assert_eq!(refused(&with(most + 1)), "robot (line 1): the robot has 1001 links; the limit is 1000");
     let joints = format!("<robot name='r'><link name='l0'/>{}</robot>", times(most + 1, joint));
-    assert_eq!(refused(&joints), "robot (line 1): the robot has 1001 joints; the most is 1000");
+    assert_eq!(refused(&joints), "robot (line 1): the robot has 1001 joints; the limit is 1000");
 }
 
 #[test]
@@ -127,10 +127,10 @@ fn shapes_of_a_robot() {
     let with =
         |count: usize| format!("<robot name='r'><link name='a'>{}</link></robot>", shape.repeat(count));
     is_read(&with(most));
-    assert_eq!(refused(&with(most + 1)), "robot (line 1): the robot has 10001 shapes; the most is 10000");
+    assert_eq!(refused(&with(most + 1)), "robot (line 1): the robot has 10001 shapes; the limit is 10000");
     let with = |count: usize| robot(&"<material name='m'/>".repeat(count));
     is_read(&with(most));
-    assert_eq!(refused(&with(most + 1)), "robot (line 1): the robot has 10001 materials; the most is 10000");
+    assert_eq!(refused(&with(most + 1)), "robot (line 1): the robot has 10001 materials; the limit is 10000");
 }
 
 /// Returns a robot with a mesh for each name.
@@ -156,7 +156,7 @@ fn bytes_of_a_mesh() {
     let at = LoadLimits { mesh_bytes: bytes, ..LoadLimits::default() };
     assert_eq!(meshes_read(&["5"], at), (1, vec![]));
     let past = LoadLimits { mesh_bytes: bytes - 1, ..LoadLimits::default() };
-    let message = "mesh \"5.stl\" is not read: it has 334 bytes; the most is 333; it touches nothing";
+    let message = "mesh \"5.stl\" is not read: it has 334 bytes; the limit is 333; it touches nothing";
     assert_eq!(meshes_read(&["5"], past), (0, vec![message.to_owned()]));
 }
 
@@ -166,7 +166,7 @@ fn triangles_of_a_mesh() {
     let at = LoadLimits { mesh_triangles: 5, ..LoadLimits::default() };
     assert_eq!(meshes_read(&["5"], at), (1, vec![]));
     let past = LoadLimits { mesh_triangles: 4, ..LoadLimits::default() };
-    let message = "mesh \"5.stl\" is not read: it has 5 triangles; the most is 4; it touches nothing";
+    let message = "mesh \"5.stl\" is not read: it has 5 triangles; the limit is 4; it touches nothing";
     assert_eq!(meshes_read(&["5"], past), (0, vec![message.to_owned()]));
 }
 
@@ -213,9 +213,9 @@ fn smaller_limits_are_kept_too() {
     let few = LoadLimits { links: 1, xml_nodes: 10, xml_depth: 2, name_bytes: 1, ..LoadLimits::default() };
     assert!(read(b"<robot name='r'><link name='a'/></robot>", few).is_ok());
     for (urdf, why) in [
-        ("<robot name='r'><link name='a'/><link name='b'/></robot>", "2 links; the most is 1"),
+        ("<robot name='r'><link name='a'/><link name='b'/></robot>", "2 links; the limit is 1"),
         ("<robot name='r'><link name='a'><x/></link></robot>", "deeper than 2 levels"),
-        ("<robot name='rr'><link name='a'/></robot>", "2 bytes; the most is 1"),
+        ("<robot name='rr'><link name='a'/></robot>", "2 bytes; the limit is 1"),
         (
             "<robot name='r'><link name='a'/><a/><a/><a/><a/><a/><a/><a/><a/></robot>",
             "more than 10 XML nodes",

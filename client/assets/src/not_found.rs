@@ -34,7 +34,7 @@ impl NotFound {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Why {
     /// No such file on this disk.
-    #[error("names no file that is there")]
+    #[error("names a file that does not exist")]
     Missing,
     /// Only blanks.
     #[error("is empty")]
@@ -58,7 +58,7 @@ pub enum Why {
     #[error("names no package")]
     NoPackage,
     /// `C:\a.stl`.
-    #[error("is a path of a Windows disk, which means nothing to others")]
+    #[error("is a path on a Windows disk, which other machines do not have")]
     Windows,
     /// Through `..`.
     #[error("climbs out of the robot's package with `..`")]

@@ -253,5 +253,5 @@ pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 }
 
 fn there_already() -> io::Error {
-    io::Error::new(ErrorKind::AlreadyExists, "a file is there already")
+    io::Error::new(ErrorKind::AlreadyExists, "the file already exists")
 }

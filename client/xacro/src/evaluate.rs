@@ -248,7 +248,7 @@ impl Expansion<'_> {
                 for (bound, part) in bounds.iter_mut().zip(parts.iter()) {
                     if let Some(part) = part {
                         let part = self.evaluate(part, level)?;
-                        *bound = Some(part.int().ok_or_else(|| format!("{} is no index", part.kind()))?);
+                        *bound = Some(part.int().ok_or_else(|| format!("{} is not an index", part.kind()))?);
                     }
                 }
                 functions::slice(&of, bounds)?

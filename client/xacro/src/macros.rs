@@ -35,7 +35,7 @@ pub(crate) fn parameters(text: &str) -> Result<Vec<Parameter>, Fault> {
         let end = rest.find(|c: char| c.is_whitespace() || c == '=' || c == ':').unwrap_or(rest.len());
         let (name, after) = rest.split_at(end);
         if name.is_empty() {
-            return Err(format!("{} is no list of parameters", shown(text)));
+            return Err(format!("{} is not a list of parameters", shown(text)));
         }
         // Blanks may surround the sign.
         let sign = after.trim_start();

@@ -52,7 +52,7 @@ pub(crate) fn parse(text: &str, file: usize) -> Result<(Rc<Element>, Namespaces)
             XmlError::DtdDetected => {
                 "the file has a document type declaration (DTD); none is read".to_owned()
             }
-            error => format!("the XML is wrong: {error}"),
+            error => format!("the XML is not valid: {error}"),
         };
         (fault, line)
     })?;

@@ -278,7 +278,7 @@ fn what_python_cannot_read_is_refused_and_what_we_do_not_have_is_named() {
         ("<x y=\"${'a' * 100000}\"/>", "a value is longer than 65536 bytes"),
         ("<x y='${range(100000)}'/>", "range() cannot be called with a number"),
         ("<x y='${sqrt(-1)}'/>", "sqrt(-1) has no value"),
-        ("<x y='${1 + \"a\"}'/>", "a number and a text cannot be computed with"),
+        ("<x y='${1 + \"a\"}'/>", "a number and a text cannot be combined"),
         (
             "<xacro:property name='a' value='${a + 1}'/><x y='${a}'/>",
             "the property \"a\" is defined by itself",
@@ -287,7 +287,7 @@ fn what_python_cannot_read_is_refused_and_what_we_do_not_have_is_named() {
         ("<xacro:macro name='m' params='a'/><xacro:m/>", "the call of \"m\" lacks \"a\": it has no default"),
         ("<xacro:macro name='m' params='a'/><xacro:m b='1'/>", "the macro \"m\" has no parameter \"b\""),
         ("<xacro:macro name='m' params='*a'/><xacro:m/>", "lacks the block \"a\""),
-        ("<xacro:macro name='m'/><xacro:m><x/></xacro:m>", "has a block too many"),
+        ("<xacro:macro name='m'/><xacro:m><x/></xacro:m>", "has one block too many"),
         ("<xacro:insert_block name='a'/>", "there is no block \"a\""),
         ("<xacro:include filename='/etc/passwd'/>", "is an absolute path outside"),
         ("<xacro:element xacro:name='a b'/>", "\"a b\" cannot be a name in XML"),

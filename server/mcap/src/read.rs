@@ -31,7 +31,7 @@ impl Default for ReadLimits {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// It is another kind of file.
-    #[error("it does not begin as a file of MCAP")]
+    #[error("it does not begin like an MCAP file")]
     NotMcap,
     /// It was not completed, or its end is lost.
     #[error("it ends at byte {at}, before it is complete")]
@@ -292,7 +292,7 @@ impl<R: Read> Reader<R> {
             return Err(self.damaged(&format!("a chunk cannot be decompressed: {error}")));
         }
         if chunk.len() as u64 != size {
-            return Err(self.damaged("a chunk has not the size that it says"));
+            return Err(self.damaged("a chunk has another size than it declares"));
         }
         if checksum != 0 && crc32fast::hash(&chunk) != checksum {
             return Err(self.damaged("the checksum of a chunk is wrong"));

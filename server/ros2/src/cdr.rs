@@ -95,7 +95,7 @@ impl<'a> Reader<'a> {
             Some(([first, second, ..], _)) => Err(Malformed::new(format!(
                 "the encoding is {first:#04x} {second:#04x}, and only little-endian plain CDR, 0x00 0x01, is read"
             ))),
-            None => Err(Malformed::new(format!("{} bytes are no payload", payload.len()))),
+            None => Err(Malformed::new(format!("{} bytes are not a payload", payload.len()))),
         }
     }
 
@@ -168,7 +168,7 @@ impl<'a> Reader<'a> {
         match self.number::<1>()? {
             [0] => Ok(false),
             [1] => Ok(true),
-            [other] => Err(Malformed::new(format!("{other} is no truth value"))),
+            [other] => Err(Malformed::new(format!("{other} is not a boolean"))),
         }
     }
 

@@ -212,7 +212,7 @@ fn errors_name_the_field_and_what_is_wrong_with_it() {
     assert!(refused(&payload).ends_with("the text does not end with its one zero"));
     payload[1] = 0;
     assert!(refused(&payload).starts_with("tf2_msgs/msg/TFMessage: the encoding is 0x00 0x00"), "big-endian");
-    assert!(refused(&[]).ends_with("0 bytes are no payload"));
+    assert!(refused(&[]).ends_with("0 bytes are not a payload"));
 }
 
 #[test]

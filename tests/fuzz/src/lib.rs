@@ -108,7 +108,7 @@ pub fn sdf(bytes: &[u8]) {
     translated(bytes, b"<sdf", b"<sdf version='1.9'>");
 }
 
-/// The same for an MJCF.
+/// An MJCF is refused in a sentence, or is URDF that is read or refused as any other.
 pub fn mjcf(bytes: &[u8]) {
     translated(bytes, b"<mujoco", b"<mujoco>");
 }

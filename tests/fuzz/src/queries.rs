@@ -80,7 +80,7 @@ fn spawn(name: &str, urdf: &str, file: &[u8], place: DVec3, fixed: bool) -> Opti
     Some(Spawn { shapes, fixed_base: Some(fixed), pose: DPose3::from_translation(place), ..spawn })
 }
 
-/// Returns `None` if the bytes are no message, or it is refused.
+/// Returns `None` if the bytes are not a message, or it is refused.
 fn answer(seen: &PublishedState, kind: u8, bytes: &[u8]) -> Option<()> {
     let to_the_end = || false;
     match kind % 5 {

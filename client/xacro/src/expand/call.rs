@@ -69,7 +69,7 @@ impl Expansion<'_> {
             }
         }
         if given.next().is_some() {
-            return Err(self.at(element, format!("the call of {} has a block too many", shown(name))));
+            return Err(self.at(element, format!("the call of {} has one block too many", shown(name))));
         }
         let mark = self.scopes.enter(parent);
         let level = self.scopes.top();

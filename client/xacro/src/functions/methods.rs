@@ -80,7 +80,7 @@ pub(crate) fn method(of: &Value, name: &str, arguments: &[Value]) -> Result<Valu
         (Value::Text(of), "splitlines", []) => list(of.lines().map(Value::text).collect()),
         (Value::List(of), "index", [wanted]) => {
             let at = of.iter().position(|value| value.equals(wanted));
-            at.map(count).ok_or_else(|| "a list does not have the value that is looked for".to_owned())
+            at.map(count).ok_or_else(|| "the list does not have that value".to_owned())
         }
         (Value::List(of), "count", [wanted]) => {
             Ok(count(of.iter().filter(|value| value.equals(wanted)).count()))

@@ -92,7 +92,7 @@ pub(crate) fn binary(operator: Operator, a: &Value, b: &Value) -> Result<Value, 
         return int.map(Value::Int).ok_or_else(too_large);
     }
     let (Some(x), Some(y)) = (a.number(), b.number()) else {
-        return Err(format!("{} and {} cannot be computed with", a.kind(), b.kind()));
+        return Err(format!("{} and {} cannot be combined", a.kind(), b.kind()));
     };
     let float = match operator {
         Add => x + y,
@@ -104,7 +104,7 @@ pub(crate) fn binary(operator: Operator, a: &Value, b: &Value) -> Result<Value, 
         Modulo => x - y * (x / y).floor(),
         Power => x.powf(y),
         And | Or | ExclusiveOr | ShiftLeft | ShiftRight => {
-            return Err(format!("{} and {} have no bits to compute with", a.kind(), b.kind()));
+            return Err(format!("{} and {} do not support bit operations", a.kind(), b.kind()));
         }
     };
     Ok(Value::Float(float))
@@ -147,7 +147,7 @@ fn contains(all: &Value, one: &Value) -> Result<bool, Fault> {
         (Value::Text(all), Value::Text(one)) => Ok(all.contains(&**one)),
         (Value::List(all), one) => Ok(all.iter().any(|value| value.equals(one))),
         (Value::Map(all), one) => Ok(find(all, one).is_some()),
-        _ => Err(format!("{} holds nothing that `in` could find", all.kind())),
+        _ => Err(format!("`in` cannot search {}", all.kind())),
     }
 }
 
@@ -159,7 +159,7 @@ pub(crate) fn index(of: &Value, index: &Value) -> Result<Value, Fault> {
             .ok_or_else(|| format!("the dictionary has no {}", shown(&index.show().unwrap_or_default())));
     }
     let all = items(of).ok_or_else(|| format!("{} has no entries", of.kind()))?;
-    let at = index.int().ok_or_else(|| format!("{} is no index", index.kind()))?;
+    let at = index.int().ok_or_else(|| format!("{} is not an index", index.kind()))?;
     let length = i64::try_from(all.len()).unwrap_or(i64::MAX);
     let from_start = if at < 0 { at.checked_add(length) } else { Some(at) };
     let found = from_start.and_then(|at| usize::try_from(at).ok()).and_then(|at| all.get(at));

@@ -110,7 +110,7 @@ impl Beside {
             }
             Role::Materials if bytes.len() > limits::MATERIAL_BYTES => {
                 let (size, most) = (bytes.len(), limits::MATERIAL_BYTES);
-                return Err(format!("it has {size} bytes; the most is {most}"));
+                return Err(format!("it has {size} bytes; the limit is {most}"));
             }
             Role::Materials | Role::Buffer => {
                 self.bytes.insert(name.clone(), Arc::clone(bytes));

@@ -25,7 +25,7 @@ struct Header {
 /// Reads a PNG of 8 or 16 bits, grey or with grey colours. ISO/IEC 15948, without checksums: a file comes
 /// with its hash.
 pub(super) fn png(bytes: &[u8]) -> Result<Content, String> {
-    let mut rest = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n").ok_or("it is no PNG")?;
+    let mut rest = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n").ok_or("it is not a PNG file")?;
     let mut header = None;
     let mut packed = Vec::new();
     while let Some((size, after)) = rest.split_first_chunk::<4>() {
@@ -86,12 +86,12 @@ fn header(chunk: &[u8]) -> Result<Header, String> {
         _ => return Err("it has a palette; the picture of a height field is grey".to_owned()),
     };
     if interlaced != 0 {
-        return Err("it is interlaced; save it without that".to_owned());
+        return Err("it is interlaced; save it without interlacing".to_owned());
     }
     match depth {
         8 => Ok(Header { grid, bytes_each: 1, channels }),
         16 => Ok(Header { grid, bytes_each: 2, channels }),
-        _ => Err(format!("it has {depth} bits a sample; 8 and 16 are read")),
+        _ => Err(format!("it has {depth} bits a sample; only 8 and 16 are supported")),
     }
 }
 
@@ -176,7 +176,7 @@ fn grid(rows: usize, columns: usize) -> Result<Grid, String> {
         return Err(format!("it has {rows} rows of {columns} samples; a height field has at least 2 by 2"));
     }
     if rows.checked_mul(columns).is_none_or(|samples| samples > MOST_SAMPLES) {
-        return Err(format!("it has {rows} rows of {columns} samples; the most is {MOST_SAMPLES} in all"));
+        return Err(format!("it has {rows} rows of {columns} samples; the limit is {MOST_SAMPLES} in all"));
     }
     Ok(Grid { rows, columns })
 }
@@ -284,7 +284,7 @@ mod tests {
         assert!(
             of([100_000, 100_000], [8, 0], &[]).starts_with("it has 100000 rows of 100000 samples; the most")
         );
-        assert!(of([u32::MAX, u32::MAX], [16, 6], &[]).contains("the most is 1000000 in all"));
+        assert!(of([u32::MAX, u32::MAX], [16, 6], &[]).contains("the limit is 1000000 in all"));
         assert!(of([5, 1], [8, 0], &[]).contains("at least 2 by 2"));
         assert!(of([2, 2], [8, 3], &[]).contains("palette"));
         assert!(of([2, 2], [4, 0], &[]).contains("4 bits a sample"));

@@ -25,7 +25,7 @@ pub(crate) fn of_corners(corners: &[DVec3]) -> Result<Triangles, NoHull> {
     let count = corners.len();
     if count > MOST {
         let why =
-            format!("it has {count} corners and no face; the most is {MOST}: their convex hull is computed");
+            format!("it has {count} corners and no face; the limit is {MOST}: their convex hull is computed");
         return Err(NoHull::Corners(why));
     }
     let is_near = |corner: &DVec3| corner.abs().max_element() <= limits::MAGNITUDE;

@@ -8,7 +8,7 @@ use crate::robot::{Image, ImageKind, Sha256};
 /// Returns a picture that browsers can draw. The error is a fragment of a sentence.
 pub(crate) fn check(sha256: Sha256, bytes: Arc<[u8]>) -> Result<Image, String> {
     if bytes.len() > limits::IMAGE_BYTES {
-        return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::IMAGE_BYTES));
+        return Err(format!("it has {} bytes; the limit is {}", bytes.len(), limits::IMAGE_BYTES));
     }
     let (kind, size) = header(&bytes)?;
     let [width, height] = size;
@@ -19,7 +19,7 @@ pub(crate) fn check(sha256: Sha256, bytes: Arc<[u8]>) -> Result<Image, String> {
     if width > side || height > side || u64::from(width) * u64::from(height) > limits::IMAGE_PIXELS {
         let most = limits::IMAGE_PIXELS;
         return Err(format!(
-            "it has {width} by {height} pixels; the most is {most} in all and {side} along a side"
+            "it has {width} by {height} pixels; the limit is {most} in all and {side} along a side"
         ));
     }
     Ok(Image { sha256, kind, size, bytes })
@@ -105,11 +105,11 @@ mod tests {
     fn what_would_unpack_to_too_much_is_refused_by_its_header() {
         for (width, height) in [(8193, 1), (1, u32::MAX), (8192, 8192)] {
             let why = read(&png(width, height)).unwrap_err();
-            assert!(why.starts_with(&format!("it has {width} by {height} pixels; the most is")), "{why}");
+            assert!(why.starts_with(&format!("it has {width} by {height} pixels; the limit is")), "{why}");
         }
         assert_eq!(read(&png(0, 4)).unwrap_err(), "it has no pixels");
         let large = [png(1, 1), vec![0; limits::IMAGE_BYTES]].concat();
-        assert!(read(&large).unwrap_err().contains("bytes; the most is"));
+        assert!(read(&large).unwrap_err().contains("bytes; the limit is"));
     }
 
     #[test]

@@ -40,7 +40,7 @@ impl From<(Triangles, Vec<Paint>)> for Content {
 /// Reads a mesh file, its colours and its textures. The error is a fragment of a sentence.
 pub(crate) fn read(uri: &str, bytes: &[u8], beside: &Beside) -> Result<Content, String> {
     if bytes.len() > limits::MESH_BYTES {
-        return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::MESH_BYTES));
+        return Err(format!("it has {} bytes; the limit is {}", bytes.len(), limits::MESH_BYTES));
     }
     match format(uri).as_str() {
         "stl" => Ok((stl::parse(bytes)?, Vec::new()).into()),

@@ -20,7 +20,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
         [("corners", corners, limits::MESH_VERTICES), ("triangles", triangles, limits::MESH_TRIANGLES)]
     {
         if count > cap {
-            return Err(format!("it has {count} {what}; the most is {cap}"));
+            return Err(format!("it has {count} {what}; the limit is {cap}"));
         }
     }
     // None of these overflows within the limit of the file's size.
@@ -48,7 +48,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
             index.and_then(|index| indices.get(index).copied())
         };
         let [Some(a), Some(b), Some(c)] = face.map(corner) else {
-            return Err(format!("triangle {number} names a corner that is not there"));
+            return Err(format!("triangle {number} names a corner that does not exist"));
         };
         mesh.triangle([a, b, c])?;
     }

@@ -148,7 +148,7 @@ fn coordinate(token: &[u8]) -> Option<f64> {
 }
 
 fn corner_unknown(line: usize, token: &[u8]) -> String {
-    format!("line {line}: a face names the corner {}, which is not there", shown(token))
+    format!("line {line}: a face names the corner {}, which does not exist", shown(token))
 }
 
 fn not_a_number(line: usize, token: &[u8]) -> String {

@@ -86,7 +86,7 @@ fn declared(bytes: &[u8]) -> Option<usize> {
 
 fn check_count(count: usize) -> Result<(), String> {
     let cap = limits::MESH_TRIANGLES;
-    if count > cap { Err(format!("it has {count} triangles; the most is {cap}")) } else { Ok(()) }
+    if count > cap { Err(format!("it has {count} triangles; the limit is {cap}")) } else { Ok(()) }
 }
 
 /// Returns the file with a header that stl_io takes for binary.

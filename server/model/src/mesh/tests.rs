@@ -149,7 +149,7 @@ fn corners_of_an_obj_without_any_face_are_their_convex_hull() {
     assert_eq!(parse("a.obj", far.as_bytes()).unwrap_err(), "it has no triangles");
     let many = "v 0 0 0\n".repeat(3_001);
     assert!(
-        parse("a.obj", many.as_bytes()).unwrap_err().contains("3001 corners and no face; the most is 3000")
+        parse("a.obj", many.as_bytes()).unwrap_err().contains("3001 corners and no face; the limit is 3000")
     );
 }
 
@@ -159,10 +159,10 @@ fn an_obj_that_is_wrong_is_refused_with_its_line() {
         ("", "it has no triangles"),
         ("v 0 0 0\n", "it has no triangles"),
         ("v 0 0 0\nf 1 1\n", "it has no triangles"),
-        ("v 0 0 0\nf 1 1 9\n", "line 2: a face names the corner \"9\", which is not there"),
-        ("v 0 0 0\nf 0 1 1\n", "line 2: a face names the corner \"0\", which is not there"),
-        ("v 0 0 0\nf -2 1 1\n", "line 2: a face names the corner \"-2\", which is not there"),
-        ("f -1 1 1\nv 0 0 0\n", "line 1: a face names the corner \"-1\", which is not there"),
+        ("v 0 0 0\nf 1 1 9\n", "line 2: a face names the corner \"9\", which does not exist"),
+        ("v 0 0 0\nf 0 1 1\n", "line 2: a face names the corner \"0\", which does not exist"),
+        ("v 0 0 0\nf -2 1 1\n", "line 2: a face names the corner \"-2\", which does not exist"),
+        ("f -1 1 1\nv 0 0 0\n", "line 1: a face names the corner \"-1\", which does not exist"),
         ("f 1 1 -9223372036854775808\n", "line 1: a face names the corner"),
         ("f 1 1 9223372036854775807\n", "line 1: a face names the corner"),
         ("f 1 1 99999999999999999999\n", "line 1: a face names the corner"),
@@ -194,14 +194,14 @@ fn a_binary_stl_ends_at_the_limit_of_triangles() {
     };
     assert_eq!(parse("a.stl", &file(limits::MESH_TRIANGLES)).unwrap().1.len(), limits::MESH_TRIANGLES);
     let beyond = parse("a.stl", &file(limits::MESH_TRIANGLES + 1)).unwrap_err();
-    assert_eq!(beyond, "it has 2000001 triangles; the most is 2000000");
+    assert_eq!(beyond, "it has 2000001 triangles; the limit is 2000000");
 }
 
 #[test]
 fn a_file_beyond_the_limit_of_bytes_is_not_read() {
     for name in ["a.stl", "a.obj", "a.dae"] {
         let beyond = parse(name, &vec![b'\n'; limits::MESH_BYTES + 1]).unwrap_err();
-        assert_eq!(beyond, "it has 134217729 bytes; the most is 134217728");
+        assert_eq!(beyond, "it has 134217729 bytes; the limit is 134217728");
     }
     assert_eq!(parse("a.obj", &vec![b'\n'; limits::MESH_BYTES]).unwrap_err(), "it has no triangles");
 }

@@ -42,7 +42,7 @@ pub(super) fn read<'a>(
             "velocity" => ["velocity", "general"],
             "general" => ["general", "general"],
             other => {
-                let message = format!("simd has no actuator {other:.40}: the joint is without it");
+                let message = format!("simd has no actuator {other:.40}: left out");
                 reader.notes.warn(element, Ignored, message);
                 continue;
             }
@@ -52,7 +52,7 @@ pub(super) fn read<'a>(
             continue;
         };
         let Some((kind, _)) = joints.known.get(joint).copied() else {
-            let message = format!("there is no joint {} that could have it: left out", quoted(joint));
+            let message = format!("its joint {} does not exist: left out", quoted(joint));
             reader.notes.warn(element, Ignored, message);
             continue;
         };
@@ -62,8 +62,7 @@ pub(super) fn read<'a>(
         }
         let actuator = reader.scope.classes.of(element, None, tags);
         let Some(law) = law(&actuator)? else {
-            let message =
-                "it is neither a motor nor a servo of position or velocity: the joint is without it";
+            let message = "it is neither a motor nor a servo of position or velocity: left out";
             reader.notes.warn(element, Ignored, message);
             continue;
         };

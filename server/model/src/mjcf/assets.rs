@@ -217,7 +217,7 @@ impl Library {
             "convex" => MeshInertia::Hull,
             "shell" => MeshInertia::Shell,
             other => {
-                let message = format!("simd knows no inertia {other:.20}: that of its volume is taken");
+                let message = format!("simd has no inertia {other:.20}: the inertia of its volume is used");
                 notes.warn(element, Repaired, message);
                 MeshInertia::Volume { signed: false }
             }

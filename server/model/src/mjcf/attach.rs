@@ -133,7 +133,7 @@ impl<'a> Reader<'a> {
         if file_index > 0 {
             for section in sections.iter().filter(|section| LEFT_OUT.contains(&section.tag())) {
                 if section.elements().next().is_some() {
-                    let message = "not read by simd of a file that is attached: its bodies are without it";
+                    let message = "not read by simd in an attached file: left out";
                     self.notes.warn(*section, Ignored, message);
                 }
             }

@@ -29,7 +29,7 @@ pub(super) struct Body {
     pub(super) geoms: Vec<Geom>,
     /// Its tree never sleeps.
     pub(super) stays_awake: bool,
-    /// Where its own inertial says so.
+    /// Mass, centre and inertia of its `<inertial>`, if it has one.
     given: Option<Inertial>,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Reader<'a> {
         inside: Inside<'_>,
     ) -> Result<(), Stop> {
         if inside.depth > MOST_NESTED {
-            let message = format!("bodies stand inside one another, deeper than {MOST_NESTED} levels");
+            let message = format!("bodies are nested deeper than {MOST_NESTED} levels");
             return Err(Stop::at(section, message));
         }
         for element in files::expanded(section, self.sources, self.file_indices)? {
@@ -124,7 +124,7 @@ impl<'a> Reader<'a> {
             "replicate" => self.replicate(element, body, inside)?,
             "attach" => self.attach(element, body, inside)?,
             "composite" | "flexcomp" | "plugin" => {
-                let message = "not read by simd: the robot is without it";
+                let message = "not read by simd: left out";
                 self.notes.warn(element, Ignored, message);
             }
             _ => self.notes.info(element, Ignored, "not read by simd"),
@@ -224,7 +224,7 @@ impl<'a> Reader<'a> {
             for name in ["armature", "damping", "stiffness", "frictionloss"] {
                 let value = if element.tag() == "joint" { joint.number(name)? } else { None };
                 if value.is_some_and(|value| value != 0.0) {
-                    let message = format!("the {name} of a free joint is not read: the body is without it");
+                    let message = format!("the {name} of a free joint is not read: left out");
                     self.notes.warn(element, Ignored, message);
                 }
             }
@@ -272,7 +272,8 @@ impl<'a> Reader<'a> {
             }
             (None, Some(diagonal)) => DMat3::from_diagonal(DVec3::from_array(diagonal)),
             (None, None) => {
-                let message = "it has neither diaginertia nor fullinertia: the moments of its geoms are taken, of its mass";
+                let message = "it has neither diaginertia nor fullinertia: they are computed from its geoms \
+                               and its mass";
                 self.notes.warn(element, Repaired, message);
                 DMat3::ZERO
             }
@@ -306,7 +307,8 @@ impl<'a> Reader<'a> {
                 let mean =
                     (inertial.inertia.x_axis.x + inertial.inertia.y_axis.y + inertial.inertia.z_axis.z) / 3.0;
                 inertial.inertia = DMat3::from_diagonal(DVec3::splat(mean));
-                let message = format!("the inertia of {:?} is none that a body has: balanced", body.name);
+                let message =
+                    format!("the inertia of {:?} is impossible for a rigid body: balanced", body.name);
                 self.notes.warn_at_line(Repaired, body.at, message);
             }
         }

@@ -53,7 +53,7 @@ pub(super) fn read<'a>(
             "joint" => follow(element, reader, joints, held)?,
             "weld" | "connect" => hold(element, reader, held)?,
             _ => {
-                let message = "not read by simd: the robot is without it";
+                let message = "not read by simd: left out";
                 reader.notes.warn(element, Ignored, message);
             }
         }
@@ -74,12 +74,12 @@ fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>)
         _ => DraftConstraintKind::PointToPoint,
     };
     if sites.iter().any(Option::is_some) && sites.iter().any(Option::is_none) {
-        reader.notes.warn(element, Ignored, "it names one site alone: site1 and site2 are not read");
+        reader.notes.warn(element, Ignored, "it names only one site: site1 and site2 are not read");
     }
     let mut ends = if let [Some(one), Some(other)] = sites {
         let found = [one, other].map(|site| reader.sites.get(site).copied());
         let [Some(one), Some(other)] = found else {
-            reader.notes.warn(element, Ignored, "it names a site that is not there: left out");
+            reader.notes.warn(element, Ignored, "it names a site that does not exist: left out");
             return Ok(());
         };
         [one, other].map(|(body, pose)| End { body, pose, joint: None })
@@ -90,7 +90,7 @@ fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>)
             Some(name) => reader.bodies.iter().position(|body| body.name == name),
         });
         let ([Some(one), Some(other)], [Some(_), _]) = (found, named) else {
-            reader.notes.warn(element, Ignored, "it names a body that is not there: left out");
+            reader.notes.warn(element, Ignored, "it names a body that does not exist: left out");
             return Ok(());
         };
         let [from_one, from_other] = [one, other].map(|body| world_from_body(&reader.bodies, body));
@@ -143,18 +143,19 @@ fn follow<'a>(
     let (offset, factor) = (of(0), of(1));
     let known = |name: &str| joints.known.get(name).copied().filter(|(kind, _)| *kind != Kind::Ball);
     let Some((_, first)) = known(follower) else {
-        reader.notes.warn(element, Ignored, "it names a joint that is not there or is a ball: left out");
+        reader.notes.warn(element, Ignored, "it names a joint that does not exist or is a ball: left out");
         return Ok(());
     };
     let Some(leader) = element.word("joint2") else {
         return keep(element, follower, offset, reader, held);
     };
     let Some((_, second)) = known(leader) else {
-        reader.notes.warn(element, Ignored, "it names a joint that is not there or is a ball: left out");
+        reader.notes.warn(element, Ignored, "it names a joint that does not exist or is a ball: left out");
         return Ok(());
     };
     if (2..5).any(|index| of(index) != 0.0) {
-        let message = "joints follow one another by a factor in simd: the first two coefficients are taken";
+        let message = "joints follow one another by a factor in simd: only the first two coefficients are \
+                       used";
         reader.notes.warn(element, Repaired, message);
     }
     if follower == leader {

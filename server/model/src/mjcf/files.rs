@@ -120,10 +120,7 @@ pub(super) fn expanded<'a>(
             return Err(Stop::at(element, format!("the file {file:?} is not found")));
         };
         if depth >= MOST_NESTED {
-            return Err(Stop::at(
-                element,
-                format!("files include one another, deeper than {MOST_NESTED} levels"),
-            ));
+            return Err(Stop::at(element, format!("includes are nested deeper than {MOST_NESTED} levels")));
         }
         let inside: Vec<Element<'a>> = root.elements().collect();
         open.extend(inside.into_iter().rev().map(|inner| (inner, depth + 1)));

@@ -41,7 +41,7 @@ pub(super) fn fit(
         Ok(None)
     };
     let Some(asset) = context.library.meshes.get(name) else {
-        return lost(notes, "which is not there");
+        return lost(notes, "which does not exist");
     };
     let Some(mesh) = mesh_of(element, asset, context)? else {
         return lost(notes, "which cannot be read");

@@ -133,7 +133,7 @@ pub(super) fn read(
     let bits = |name: &str, notes: &mut Notes| -> Result<u32, Stop> {
         let Some(value) = geom.number(name)? else { return Ok(1) };
         if value.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&value) {
-            notes.warn(element, Ignored, format!("{name} {value} is no mask of 32 bits: 1 is taken"));
+            notes.warn(element, Ignored, format!("{name} {value} is not a 32-bit mask: 1 is used"));
             return Ok(1);
         }
         Ok(value as u32)

@@ -142,7 +142,7 @@ fn rows<const N: usize>(mesh: Element, name: &str) -> Result<Option<Vec<[f64; N]
 /// Returns numbers as indices below `count`, from 0.
 fn indices(mesh: Element, name: &str, rows: &[[f64; 3]], count: usize) -> Result<Vec<[u32; 3]>, Stop> {
     if rows.len() > limits::MESH_TRIANGLES {
-        let message = format!("{name} has {} rows; the most is {}", rows.len(), limits::MESH_TRIANGLES);
+        let message = format!("{name} has {} rows; the limit is {}", rows.len(), limits::MESH_TRIANGLES);
         return Err(Stop::at(mesh, message));
     }
     let mut found = Vec::with_capacity(rows.len());

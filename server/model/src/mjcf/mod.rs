@@ -190,7 +190,7 @@ impl<'a> Reader<'a> {
                 }
                 "tendon" | "deformable" | "extension" => {
                     for element in section.elements() {
-                        self.notes.warn(element, Ignored, "not read by simd: the robot is without it");
+                        self.notes.warn(element, Ignored, "not read by simd: left out");
                     }
                 }
                 _ => self.notes.info(*section, Ignored, "not read by simd"),
@@ -210,7 +210,7 @@ impl<'a> Reader<'a> {
                     self.notes.warn(*element, Ignored, "it does not name two bodies; left out")
                 }
                 _ => {
-                    let message = "not read by simd: what touches follows from contype and conaffinity";
+                    let message = "not read by simd: contype and conaffinity decide which bodies collide";
                     self.notes.warn(*element, Ignored, message);
                 }
             }

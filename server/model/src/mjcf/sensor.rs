@@ -49,7 +49,7 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
             continue;
         }
         let Some((mount, pose)) = placed(kind, object, target, reader) else {
-            let message = format!("{} is not there: left out", quoted(target));
+            let message = format!("{} does not exist: left out", quoted(target));
             reader.notes.warn(element, Ignored, message);
             continue;
         };
@@ -73,7 +73,7 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
                 }
             }
             "contact" if object == "site" => {
-                let message = "all that touches the body counts, not only what touches it within the site";
+                let message = "it measures all contacts of the body, not only those within the site";
                 reader.notes.info(element, Used, message);
             }
             _ => {}
@@ -113,7 +113,7 @@ fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<Target<'a>> {
         "framepos" | "framequat" | "framexaxis" | "frameyaxis" | "framezaxis" | "framelinvel"
         | "frameangvel" => {
             if element.word("refname").is_some() {
-                notes.info(element, Used, "the state of a link is against the world in simd");
+                notes.info(element, Used, "simd measures the state of a link relative to the world");
             }
             ("link_state", of_object(), "objname")
         }
@@ -124,7 +124,11 @@ fn target<'a>(element: Element<'a>, notes: &mut Notes) -> Option<Target<'a>> {
         "contact" if element.word("body1").is_some() => {
             let others = ["geom2", "body2", "subtree2", "site"];
             if others.iter().any(|name| element.word(name).is_some()) {
-                notes.info(element, Used, "all that touches the body counts: readings name what touches it");
+                notes.info(
+                    element,
+                    Used,
+                    "it measures all contacts of the body; readings name the other body",
+                );
             }
             ("contact", "xbody", "body1")
         }

@@ -323,7 +323,7 @@ fn exclude(excluded: &[([String; 2], At)], drafts: &mut [Draft], root: Element, 
             None => {
                 let [one, other] = pair;
                 let message = format!(
-                    "{} and {} are not two bodies of one robot: they touch all the same",
+                    "{} and {} are not two bodies of one robot: they collide nevertheless",
                     quoted(one),
                     quoted(other)
                 );

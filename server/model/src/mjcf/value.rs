@@ -21,10 +21,7 @@ pub(super) fn list(at: Element, name: &str, text: &str, most: usize) -> Result<V
             Stop::at(at, format!("{name}={} has a word that is not a number: {}", quoted(text), quoted(word)))
         })?;
         if value.is_nan() || value.abs() > limits::MAGNITUDE {
-            return Err(Stop::at(
-                at,
-                format!("{name} has a number that simd does not compute with: {value}"),
-            ));
+            return Err(Stop::at(at, format!("{name} has a number beyond the range of simd: {value}")));
         }
         values.push(value);
     }
@@ -47,9 +44,7 @@ fn exactly<const N: usize>(at: Element, name: &str, text: &str, notes: &mut Note
         values.truncate(N);
     }
     let count = values.len();
-    values
-        .try_into()
-        .map_err(|_few| Stop::at(at, format!("{name} has {count} numbers where there must be {N}")))
+    values.try_into().map_err(|_few| Stop::at(at, format!("{name} has {count} numbers instead of {N}")))
 }
 
 impl Classed<'_, '_> {

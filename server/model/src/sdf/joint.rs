@@ -99,7 +99,7 @@ pub(super) fn read(
             name => model.attached.get(name).cloned(),
         };
         let link = link.ok_or_else(|| {
-            Stop::at(said, format!("its {tag} {} is no link or frame of the model", quoted(said_name)))
+            Stop::at(said, format!("its {tag} {} is not a link or frame of the model", quoted(said_name)))
         })?;
         Ok(Some(link))
     };
@@ -178,7 +178,7 @@ fn axis(
         spring: None,
     };
     let Some(element) = joint.child(tag) else {
-        notes.warn(joint, Repaired, format!("it has no {tag}: 0 0 1 is taken"));
+        notes.warn(joint, Repaired, format!("it has no {tag}: 0 0 1 is used"));
         return Ok(axis);
     };
     if let Some(xyz) = element.child("xyz") {
@@ -195,7 +195,7 @@ fn axis(
     }
     let length = axis.direction.length();
     if length < 1e-9 {
-        notes.warn(element, Repaired, "the axis is 0: 0 0 1 is taken");
+        notes.warn(element, Repaired, "the axis is 0: 0 0 1 is used");
         axis.direction = DVec3::Z;
     } else {
         axis.direction /= length;

@@ -53,7 +53,7 @@ pub(super) fn read(element: Element, notes: &mut Notes) -> Result<DraftLink, Sto
         }
     }
     if others {
-        let message = "its collisions have different surfaces: that of the first is taken for all of them";
+        let message = "its collisions have different surfaces: the first one is used for all of them";
         notes.warn(element, Repaired, message);
     }
     link.inertial = inertial(element, &link, density, notes)?;
@@ -179,7 +179,7 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
                 return Ok(None);
             };
             if let Some(submesh) = shape.child("submesh") {
-                notes.warn(submesh, Ignored, "not read by simd: the whole mesh is taken");
+                notes.warn(submesh, Ignored, "not read by simd: the whole mesh is used");
             }
             let scale = shape.child("scale").map(|scale| scale.numbers(notes)).transpose()?.flatten();
             let scale = DVec3::from_array(scale.unwrap_or([1.0; 3]));
@@ -225,7 +225,7 @@ pub(crate) fn ellipsoid(radii: DVec3) -> (DPose3, DraftGeometry, String) {
     let length = 2.0 * (longest - radius);
     let message = |shape: &str, distance: f64| {
         let error = format!("the largest distance between the two is {distance:.4} m");
-        format!("simd has no ellipsoids: {shape} stands for it; {error}")
+        format!("simd has no ellipsoids: {shape} is used instead; {error}")
     };
     if length < 1e-6 * longest {
         let said = message("a ball", distance_from_capsule(longest, others, longest));
@@ -304,7 +304,7 @@ fn bits(collision: Element, notes: &mut Notes) -> Option<[u32; 2]> {
         None => text.parse().ok(),
     };
     if read.is_none() {
-        notes.warn(element, Ignored, "it is no mask of bits; left out");
+        notes.warn(element, Ignored, "it is not a bit mask; left out");
     }
     // By default, all 16 bits are set.
     read.filter(|bits| *bits != 0xffff).map(|bits| [bits, bits])

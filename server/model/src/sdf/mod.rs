@@ -176,8 +176,7 @@ impl<'a> Reader<'a> {
                     self.notes.info(element, Ignored, message);
                 }
                 "joint" => {
-                    let message =
-                        "joints between models are not read: hold the robots together by a constraint";
+                    let message = "joints between models are not read: connect the robots with a constraint";
                     self.notes.warn(element, Ignored, message);
                 }
                 "frame" => {

@@ -38,14 +38,14 @@ impl Model {
     fn check_frame(&self, frame: Option<&str>, at: Element) -> Result<(), Stop> {
         match frame {
             Some(frame) if frame != MODEL && !self.frames.contains_key(frame) => {
-                Err(Stop::at(at, format!("placement_frame {} is no frame of the model", quoted(frame))))
+                Err(Stop::at(at, format!("placement_frame {} is not a frame of the model", quoted(frame))))
             }
             _ => Ok(()),
         }
     }
 }
 
-/// Where a model is, as far as its own element says.
+/// Pose of a model, as its own element gives it.
 #[derive(Clone, Debug)]
 pub(super) struct Placement {
     pose: DPose3,
@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
     /// Reads a `<model>` at a nesting depth.
     pub(super) fn model(&mut self, element: Element<'a>, depth: usize) -> Result<(Model, Placement), Stop> {
         if depth > MOST_NESTED {
-            let message = format!("models stand inside one another, deeper than {MOST_NESTED} levels");
+            let message = format!("models are nested deeper than {MOST_NESTED} levels");
             return Err(Stop::at(element, message));
         }
         self.spend(element)?;
@@ -267,7 +267,7 @@ impl<'a> Reader<'a> {
         let canonical = element.word("canonical_link").filter(|name| {
             let is_link = attached.get(*name).is_some_and(|link| link == name);
             if !is_link {
-                let message = format!("canonical_link {} is no link; it is left out", quoted(name));
+                let message = format!("canonical_link {} is not a link of the model; left out", quoted(name));
                 self.notes.warn(element, Ignored, message);
             }
             is_link
@@ -328,7 +328,7 @@ impl<'a> Reader<'a> {
             }
             if inner.is_static && !model.is_static {
                 let message =
-                    format!("the nested model {} is static: its links move all the same", quoted(name));
+                    format!("the nested model {} is static: its links move nevertheless", quoted(name));
                 self.notes.warn(element, Ignored, message);
             }
         }

@@ -165,7 +165,7 @@ pub(crate) fn parse<const N: usize>(
     if let Some(repair) = read.repair {
         notes.warn(at, Repaired, of(&repair));
     }
-    read.values.try_into().map_err(|_count| Stop::at(at, of("has another count of numbers")))
+    read.values.try_into().map_err(|_count| Stop::at(at, of("has a wrong number of values")))
 }
 
 /// Reports the children of an element that are not in `known`, each tag once.

@@ -1,8 +1,8 @@
 //! Translates descriptions of other formats to URDF.
 //!
 //! One reader, of URDF, decides the meaning of a description. SDF and MJCF are read into a [`Draft`], which
-//! is written as URDF. Where URDF lacks an element, extensions of Gazebo, ROS, MoveIt and MuJoCo are used,
-//! all of which the reader knows. Each line of that text knows its source line, so that reports name the file
+//! is written as URDF. Extensions of Gazebo, ROS, MoveIt and MuJoCo replace elements that URDF lacks; the reader
+//! knows all of them. Each line of that text knows its source line, so that reports name the file
 //! that was sent.
 //!
 //! * `sources`: the files of a description, parsed within limits. `element`: their elements.
@@ -255,7 +255,7 @@ impl Translation {
             let names = names.join(", ");
             let count = self.models.len();
             let message = match name {
-                "" => format!("the {} has {count} robots; say which of them: {names}", self.format.word()),
+                "" => format!("the {} has {count} robots; choose one of them: {names}", self.format.word()),
                 name => format!("the {} has no robot {name:?}; it has {names}", self.format.word()),
             };
             notes::refused(message, self.report.clone())

@@ -58,7 +58,7 @@ impl Notes {
 
     /// Turns a refusal that only concerns the look into a warning.
     pub(crate) fn pass_over(&mut self, stop: Stop) {
-        let message = format!("{}: left out, as it is only seen", stop.finding.message);
+        let message = format!("{}: left out, since it is only visual", stop.finding.message);
         let (severity, disposition) = (Severity::Warning, Disposition::Ignored);
         self.keep(Finding { severity, disposition, message: cut(message, SENTENCE), ..stop.finding });
     }

@@ -52,7 +52,7 @@ impl Texts {
         let (size, cap) = (self.bytes, limits.urdf_bytes);
         if size > cap {
             let message =
-                format!("the {} and what it includes have {size} bytes; the most is {cap}", self.word);
+                format!("the {} and what it includes have {size} bytes; the limit is {cap}", self.word);
             return Err(Stop::of_file(None, None, message));
         }
         let mut findings = Findings::new(1);
@@ -111,7 +111,7 @@ impl Texts {
         if uri.len() > limits.name_bytes {
             let cap = limits.name_bytes;
             let message =
-                format!("the URI of a file that it includes has {} bytes; the most is {cap}", uri.len());
+                format!("the URI of a file that it includes has {} bytes; the limit is {cap}", uri.len());
             return Err(Stop::of_file(None, None, message));
         }
         self.asked.push(uri.to_owned());

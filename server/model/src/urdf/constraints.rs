@@ -141,7 +141,7 @@ fn constraint(node: Node, robot: &Robot, findings: &mut Findings) -> Result<Link
         other => {
             let meant = nearest(other, TYPES.into_iter());
             let meant = meant.map(|meant| format!("; did you mean {meant}?")).unwrap_or_default();
-            return Err(format!("type={} is none of: {}{meant}", quoted(other), TYPES.join(", ")));
+            return Err(format!("type={} is not one of: {}{meant}", quoted(other), TYPES.join(", ")));
         }
     };
     let is_gear = matches!(kind, LinkConstraintKind::Gear { .. });
@@ -189,13 +189,13 @@ impl Robot<'_> {
         self.link_indices.get(name).copied().ok_or_else(|| {
             let meant = nearest(name, self.link_indices.keys().copied());
             let meant = meant.map(|meant| format!("; did you mean {}?", quoted(meant))).unwrap_or_default();
-            format!("its {tag} {} is no link of the robot{meant}", quoted(name))
+            format!("its {tag} {} is not a link of the robot{meant}", quoted(name))
         })
     }
 
     fn axis(&self, name: &str, tag: &str) -> Result<usize, String> {
         let index = self.joint_indices.get(name).copied();
-        let index = index.ok_or_else(|| format!("its {tag} {} is no joint of the robot", quoted(name)))?;
+        let index = index.ok_or_else(|| format!("its {tag} {} is not a joint of the robot", quoted(name)))?;
         let kind = self.joints.get(index).map(|joint| joint.kind);
         match kind {
             Some(JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) => Ok(index),
@@ -244,7 +244,7 @@ fn gazebo_joint(
     let root_from_joint = pose_of(root_from_link, Some(of_child)) * child_from_joint;
     let mut axis = || -> Result<DVec3, String> {
         let Some(said) = child(node, "axis") else {
-            findings.warn(node, Repaired, "it has no axis: 0 0 1 is taken");
+            findings.warn(node, Repaired, "it has no axis: 0 0 1 is used");
             return Ok(DVec3::Z);
         };
         let axis = child(said, "xyz").and_then(|xyz| xyz.text()).unwrap_or("0 0 1");
@@ -268,7 +268,7 @@ fn gazebo_joint(
         "ball" => LinkConstraintKind::PointToPoint,
         "revolute" | "continuous" | "hinge" => LinkConstraintKind::Hinge(axis()?),
         "prismatic" => LinkConstraintKind::Slide(axis()?),
-        other => return Err(format!("no constraint is a joint of type {}", quoted(other))),
+        other => return Err(format!("a constraint cannot be a joint of type {}", quoted(other))),
     };
     let parent_from_joint = pose_of(root_from_link, parent).inverse() * root_from_joint;
     let ends = [
@@ -335,7 +335,7 @@ fn pose(origin: Node, findings: &mut Findings) -> Result<DPose3, String> {
     let turned = match (of("quat_xyzw"), of("rpy")) {
         (Some(text), said) => {
             if said.is_some() {
-                findings.warn(origin, Ignored, "rpy stands beside quat_xyzw, which is used");
+                findings.warn(origin, Ignored, "rpy and quat_xyzw are both given: quat_xyzw is used");
             }
             let quaternion = DQuat::from_array(values(text, "quat_xyzw")?);
             if quaternion.length().is_nan() || quaternion.length() < 1e-6 {

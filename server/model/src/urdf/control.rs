@@ -131,7 +131,7 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
         let nearest = joint.limits.nearest(position);
         if nearest != position {
             let message = format!(
-                "it starts at {}, which is outside of its limits: {} is taken",
+                "it starts at {}, which is outside of its limits: {} is used",
                 short(position),
                 short(nearest)
             );

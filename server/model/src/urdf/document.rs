@@ -115,7 +115,7 @@ fn declare_world(document: &Document, findings: &mut Findings) -> Option<String>
     let text = document.input_text();
     let end = text.get(..robot.range().end)?.rfind("</")?;
     let line = document.text_pos_at(named.range().start).row;
-    let message = "its parent link \"world\" is not defined: a link of this name without mass is taken";
+    let message = "its parent link \"world\" is not defined: a massless link of this name is added";
     findings.of_text(Severity::Info, Disposition::Defaulted, Some(line), message.to_owned());
     let (before, after) = (text.get(..end)?, text.get(end..)?);
     Some(format!("{before}<link name=\"{WORLD}\"/>{after}"))

@@ -132,7 +132,11 @@ impl Findings {
 
     /// Turns a refusal that only concerns the look into a warning.
     pub(crate) fn pass_over(&mut self, node: Node, refusal: &Refusal) {
-        self.warn(node, Disposition::Ignored, format!("{}: left out, as it is only seen", refusal.message));
+        self.warn(
+            node,
+            Disposition::Ignored,
+            format!("{}: left out, since it is only visual", refusal.message),
+        );
     }
 
     /// Adds a finding about the text, before there are elements.

@@ -20,12 +20,12 @@ pub(super) fn pose(origin: &urdf_rs::Pose, node: Option<Node>, findings: &mut Fi
     {
         let given_rotation = DQuat::from_array(xyzw);
         if given(Some(node), "rpy") {
-            findings.warn(node, Ignored, "rpy stands beside quat_xyzw, which is used");
+            findings.warn(node, Ignored, "rpy and quat_xyzw are both given: quat_xyzw is used");
         }
         let off = (given_rotation.length() - 1.0).abs();
         if given_rotation.length() > 1e-6 {
             if off > ROUNDING {
-                findings.warn(node, Repaired, "quat_xyzw is not of length 1 and was made so");
+                findings.warn(node, Repaired, "quat_xyzw is not of length 1 and was normalized");
             }
             return DPose3::from_parts(translation, given_rotation.normalize());
         }
@@ -92,17 +92,17 @@ fn cone(cone: Node) -> Option<Geometry> {
 /// Returns the normal of a plane; PyBullet's default points up.
 fn normal(plane: Node, findings: &mut Findings) -> DVec3 {
     let Some(read) = numbers::of::<3>(plane, "normal", Shape::Exactly(3)) else {
-        findings.info(plane, Defaulted, "it has no normal; 0 0 1 is taken");
+        findings.info(plane, Defaulted, "it has no normal; 0 0 1 is used");
         return DVec3::Z;
     };
     let read = DVec3::from_array(read);
     let length = read.length();
     if length < 1e-9 {
-        findings.warn(plane, Repaired, "its normal is 0; 0 0 1 is taken");
+        findings.warn(plane, Repaired, "its normal is 0; 0 0 1 is used");
         return DVec3::Z;
     }
     if (length - 1.0).abs() > ROUNDING {
-        findings.warn(plane, Repaired, format!("its normal has length {length:.6} and was made 1 long"));
+        findings.warn(plane, Repaired, format!("its normal has length {length:.6} and was normalized"));
     }
     read / length
 }

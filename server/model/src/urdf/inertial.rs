@@ -90,7 +90,7 @@ impl<'a, 'i> Said<'a, 'i> {
             }
         };
         if mass > SUSPICIOUS {
-            let message = format!("a mass of {mass} kg is that of a ship: perhaps it is not in kilograms");
+            let message = format!("a mass of {mass} kg is very large: perhaps it is not in kilograms");
             findings.warn(node, Used, message);
         }
         let center_of_mass = self.link_from_mass.translation;
@@ -219,7 +219,7 @@ impl Groups {
                 let message = format!("it has no mass: {mass} kg, from its shapes at {density} kg/m^3");
                 link.inertial = found;
                 if is_root {
-                    let message = format!("{message}; of no effect where the base is fixed");
+                    let message = format!("{message}; it has no effect if the base is fixed");
                     findings.info(node, Defaulted, message);
                 } else {
                     findings.warn(node, Repaired, message);

@@ -68,14 +68,14 @@ fn axis(
         return axis.try_normalize().unwrap_or(DVec3::X);
     }
     let Some(axis_node) = axis_node else {
-        findings.info(node, Defaulted, "it has no axis; 1 0 0 is taken, as URDF says");
+        findings.info(node, Defaulted, "it has no axis; 1 0 0 is used, as URDF says");
         return DVec3::X;
     };
     if length < 1e-9 {
-        findings.warn(axis_node, Repaired, "the axis is 0; 1 0 0 is taken");
+        findings.warn(axis_node, Repaired, "the axis is 0; 1 0 0 is used");
         return DVec3::X;
     }
-    let message = || format!("the axis has length {length:.6} and was made 1 long");
+    let message = || format!("the axis has length {length:.6} and was normalized");
     let off = (length - 1.0).abs();
     if off > ROUNDING {
         findings.warn(axis_node, Repaired, message());

@@ -162,7 +162,7 @@ impl<'s> Meshes<'s> {
         let (size, cap) = (asset.bytes.len(), self.limits.mesh_bytes);
         if size > cap {
             let found =
-                Err(format!("mesh {} is not read: it has {size} bytes; the most is {cap}", quoted(uri)));
+                Err(format!("mesh {} is not read: it has {size} bytes; the limit is {cap}", quoted(uri)));
             return KnownMesh { found, lie: None, looks: Vec::new() };
         }
         let beside = Beside::gather(uri, &asset.bytes, self.assets).covered_by(cover);
@@ -195,7 +195,7 @@ impl<'s> Meshes<'s> {
         let read = read.map_err(|why| format!("mesh {name} is not read: {why}"))?;
         let (count, cap) = (read.triangles.len(), self.limits.mesh_triangles);
         if count > cap {
-            return Err(format!("mesh {name} is not read: it has {count} triangles; the most is {cap}"));
+            return Err(format!("mesh {name} is not read: it has {count} triangles; the limit is {cap}"));
         }
         self.triangles = self.triangles.saturating_add(count);
         if self.triangles > self.limits.robot_triangles {
@@ -244,5 +244,7 @@ pub fn other_case(uri: &str, found: &str) -> Option<String> {
     let (written, found) = (parts(uri), parts(found));
     let same = written.iter().zip(&found).take_while(|(a, b)| a.to_lowercase() == b.to_lowercase());
     let differs = same.into_iter().filter(|(a, b)| a != b).last();
-    differs.map(|(_, there)| format!("it is found as {}; capital letters matter elsewhere", quoted(there)))
+    differs.map(|(_, there)| {
+        format!("it is found as {}; other systems tell capital letters from small ones", quoted(there))
+    })
 }

@@ -75,7 +75,7 @@ fn break_loop(
     if members.len() > 8 {
         names += ", ...";
     }
-    let message = format!("joints follow one another in a loop: {names}; each moves by itself");
+    let message = format!("joints follow one another in a loop: {names}; each moves independently");
     if let Some(node) = nodes.get(first) {
         findings.warn(*node, Ignored, message);
     }

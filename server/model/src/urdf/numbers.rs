@@ -46,11 +46,14 @@ pub(crate) fn of<const N: usize>(node: Node, name: &str, shape: Shape) -> Option
 /// Parses a value. The error is the end of a sentence after the attribute and its value.
 pub(crate) fn read(value: &str, shape: Shape) -> Result<Numbers, String> {
     let (text, xacro) = match default_of_optenv(value) {
-        Some(default) => (default, Some("is a left-over of xacro: its default is taken".to_owned())),
+        Some(default) => (default, Some("is an unexpanded xacro expression: the default is used".to_owned())),
         None => (value, None),
     };
     if text.contains("${") || text.contains("$(") {
-        return Err("is a left-over of xacro: run xacro on the file and send what that prints".to_owned());
+        return Err(
+            "is an unexpanded xacro expression: load the .xacro file, or run xacro on it and load the result"
+                .to_owned(),
+        );
     }
     let words: Vec<&str> = text.split_whitespace().collect();
     let (values, separators) = match parsed(&words) {
@@ -95,7 +98,7 @@ fn forgiven(text: &str, words: &[&str], shape: Shape) -> Option<(Vec<f64>, &'sta
     if shorter.len() == shape.count()
         && let Ok(values) = parsed(&shorter)
     {
-        return Some((values, "has a point too many: read without"));
+        return Some((values, "has more than one decimal point: read without the last"));
     }
     let points: Vec<String> = words.iter().map(|word| word.replace(',', ".")).collect();
     let points: Vec<&str> = points.iter().map(String::as_str).collect();
@@ -111,7 +114,7 @@ fn check_range(values: &[f64], shape: Shape) -> Result<(), String> {
             return Err("is not finite".to_owned());
         }
         if !bounded && shape != Shape::Bound {
-            return Err(format!("is larger than simd computes with; the most is {most:e}"));
+            return Err(format!("is beyond the range of simd; the limit is {most:e}"));
         }
     }
     Ok(())
@@ -133,20 +136,18 @@ fn fitted(mut values: Vec<f64>, shape: Shape) -> Result<(Vec<f64>, Option<String
         let used =
             if count == 1 { "the first is used".to_owned() } else { format!("the first {count} are used") };
         let wanted = if count == 1 { "one".to_owned() } else { count.to_string() };
-        return Ok((values, Some(format!("is {found} numbers where there must be {wanted}: {used}"))));
+        return Ok((values, Some(format!("is {found} numbers instead of {wanted}: {used}"))));
     }
     match (shape, values.as_slice()) {
         (Shape::Color, [_, _, _]) => {
             values.push(1.0);
-            Ok((values, Some("has no alpha: 1 is taken".to_owned())))
+            Ok((values, Some("has no alpha: 1 is used".to_owned())))
         }
         (Shape::Scale, [all]) => {
             let all = *all;
-            Ok((vec![all; 3], Some("is one number: it is taken for all three axes".to_owned())))
+            Ok((vec![all; 3], Some("is one number: it is used for all three axes".to_owned())))
         }
-        _ if count == 1 => Err(format!("is {found} numbers where there must be one")),
-        _ => {
-            Err(format!("is {found} number{} where there must be {count}", if found == 1 { "" } else { "s" }))
-        }
+        _ if count == 1 => Err(format!("is {found} numbers instead of one")),
+        _ => Err(format!("is {found} number{} instead of {count}", if found == 1 { "" } else { "s" })),
     }
 }

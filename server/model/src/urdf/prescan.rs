@@ -21,7 +21,7 @@ pub(crate) fn check_counts(text: &str, limits: &LoadLimits) -> Result<(), Refusa
     let namespaces = text.matches("xmlns").count();
     if namespaces > limits.xml_namespaces {
         let cap = limits.xml_namespaces;
-        return Err(Refusal::of_file(format!("{namespaces} namespaces are declared; the most is {cap}")));
+        return Err(Refusal::of_file(format!("{namespaces} namespaces are declared; the limit is {cap}")));
     }
     // Each node has at most two tags.
     let most_tags = 2 * (limits.xml_nodes as usize) + 2;
@@ -43,7 +43,7 @@ pub(crate) fn check_counts(text: &str, limits: &LoadLimits) -> Result<(), Refusa
             let signs = tag.bytes().take(length).filter(|byte| *byte == b'=').count();
             if signs > limits.xml_attributes {
                 let cap = limits.xml_attributes;
-                let message = format!("an element has some {signs} attributes; the most is {cap}");
+                let message = format!("an element has some {signs} attributes; the limit is {cap}");
                 return Err(Refusal::at(line, message));
             }
             length
@@ -116,7 +116,7 @@ pub(crate) fn robot_element<'a, 'i>(
     let root = document.root_element();
     let robot = if is(root, "robot") { root } else { inner_robot(root, findings)? };
     if let Some(node) = document.descendants().find(|node| is_directive(*node)) {
-        let message = "this is a xacro file; run xacro on it and send what that prints";
+        let message = "this is a xacro file: name it .xacro, or run xacro on it and load the result";
         return Err(Refusal::at(findings.line(node), message.to_owned()));
     }
     if !robot.children().any(|node| is(node, "link")) {

@@ -68,7 +68,7 @@ pub(super) fn repair<'a, 'i>(
         let count = root.children().filter(|node| is(*node, tag)).count();
         if count > limits.links {
             let cap = limits.links;
-            return Err(findings.refuse(root, format!("the robot has {count} {tag}s; the most is {cap}")));
+            return Err(findings.refuse(root, format!("the robot has {count} {tag}s; the limit is {cap}")));
         }
     }
     let shape = |node: &Node| is(*node, "visual") || is(*node, "collision");
@@ -77,7 +77,7 @@ pub(super) fn repair<'a, 'i>(
     for (what, count) in [("shapes", shapes), ("materials", materials)] {
         if count > limits.shapes {
             let cap = limits.shapes;
-            return Err(findings.refuse(root, format!("the robot has {count} {what}; the most is {cap}")));
+            return Err(findings.refuse(root, format!("the robot has {count} {what}; the limit is {cap}")));
         }
     }
     let mut mender = Mender { xml: String::new(), kept: HashSet::new(), limits, findings };
@@ -177,7 +177,7 @@ impl Mender<'_> {
             Missing::Leave => {}
             Missing::Write(default) => {
                 if matches!(attribute.kind, Kind::Name) {
-                    let message = format!("it has no {name}; {} is taken", quoted(default));
+                    let message = format!("it has no {name}; {} is used", quoted(default));
                     self.findings.info(node, Defaulted, message);
                 }
                 self.write(name, default);
@@ -260,7 +260,8 @@ impl Mender<'_> {
                     self.findings.warn(node, Repaired, message);
                 }
                 if !matches!(attribute.kind, Kind::Uri) && (value.contains("${") || value.contains("$(")) {
-                    let message = format!("{name}={} looks like a left-over of xacro", quoted(value));
+                    let message =
+                        format!("{name}={} looks like an unexpanded xacro expression", quoted(value));
                     self.findings.warn(node, Used, message);
                 }
                 self.write(name, trimmed);
@@ -305,7 +306,7 @@ impl Mender<'_> {
     fn check_text(&self, node: Node, name: &str, value: &str) -> Result<(), Refusal> {
         let (size, cap) = (value.len(), self.limits.name_bytes);
         if size > cap {
-            return Err(self.findings.refuse(node, format!("{name} has {size} bytes; the most is {cap}")));
+            return Err(self.findings.refuse(node, format!("{name} has {size} bytes; the limit is {cap}")));
         }
         if value.chars().any(char::is_control) {
             let message = format!("{name}={} holds a control character", quoted(value));
@@ -360,5 +361,5 @@ fn no_such_word(name: &str, value: &str, words: &[&str]) -> String {
         _ => unknown::nearest(value.trim(), words.iter().copied()),
     };
     let meant = meant.map(|meant| format!("; did you mean {meant}?")).unwrap_or_default();
-    format!("{name}={} is none of: {}{meant}", quoted(value), words.join(", "))
+    format!("{name}={} is not one of: {}{meant}", quoted(value), words.join(", "))
 }

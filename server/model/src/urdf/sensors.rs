@@ -103,7 +103,7 @@ fn seed(node: Node) -> Result<u64, String> {
     match text.map(str::trim) {
         None | Some("") => Ok(0),
         Some(text) => {
-            text.parse().map_err(|_| format!("its seed {} is no whole number from 0 on", quoted(text)))
+            text.parse().map_err(|_| format!("its seed {} is not a whole number of at least 0", quoted(text)))
         }
     }
 }
@@ -281,7 +281,7 @@ fn number(node: Node, tag: &str) -> Result<Option<f64>, String> {
 
 fn values<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
     let read = numbers::read(text, Shape::Exactly(N)).map_err(|why| format!("{what} {why}"))?;
-    read.values.try_into().map_err(|_count| format!("{what} has another count of numbers"))
+    read.values.try_into().map_err(|_count| format!("{what} has a wrong number of values"))
 }
 
 /// Adds a finding for a meaning that the author may not expect.

@@ -162,7 +162,7 @@ fn groups(repaired: &RepairedUrdf, tree: &Tree, setup: &mut Setup, findings: &mu
             let [value] = numbers::of::<1>(node, "value", Shape::Exactly(1))?;
             let is_fit = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
             if !is_fit {
-                findings.warn(node, Ignored, format!("{value} is no mask of 32 bits: left out"));
+                findings.warn(node, Ignored, format!("{value} is not a 32-bit mask: left out"));
             }
             is_fit.then_some(value as u32)
         };

@@ -31,7 +31,7 @@ pub(super) fn read(root: Node, joints: &[Joint], findings: &mut Findings) -> Vec
             continue;
         }
         if states.iter().any(|known| known.name == name && known.group == group) {
-            findings.warn(node, Ignored, format!("the state {} is there twice; left out", quoted(name)));
+            findings.warn(node, Ignored, format!("the state {} is defined twice; left out", quoted(name)));
             continue;
         }
         if states.len() >= MOST || left == 0 {

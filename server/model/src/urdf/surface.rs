@@ -52,7 +52,7 @@ impl<'g> Surfaces<'g> {
 fn checked_restitution(node: Node, value: f64, findings: &mut Findings) -> f64 {
     let within = value.clamp(0.0, 1.0);
     if within != value {
-        let message = format!("a restitution of {value} is none: it is from 0 to 1; {within} is taken");
+        let message = format!("a restitution of {value} is not between 0 and 1: {within} is used");
         findings.warn(node, Repaired, message);
     }
     within

@@ -15,7 +15,7 @@ pub(crate) fn decode<'a>(
 ) -> Result<Cow<'a, str>, Refusal> {
     if urdf.len() > limits.urdf_bytes {
         let (size, cap) = (urdf.len(), limits.urdf_bytes);
-        return Err(Refusal::of_file(format!("the URDF has {size} bytes; the most is {cap}")));
+        return Err(Refusal::of_file(format!("the URDF has {size} bytes; the limit is {cap}")));
     }
     if let Some(wide) = wide(urdf)? {
         let message = "the file is UTF-16, and is read as such".to_owned();
@@ -28,7 +28,7 @@ pub(crate) fn decode<'a>(
         Err(error) => error,
     };
     if !bytes.contains(&b'<') || bytes.iter().take(64).any(|byte| *byte == 0) {
-        return Err(Refusal::of_file("this is not a URDF: it is not even text".to_owned()));
+        return Err(Refusal::of_file("this is not a URDF: it is not text".to_owned()));
     }
     let line = bytes.iter().take(error.valid_up_to()).filter(|byte| **byte == b'\n').count() + 1;
     let line = u32::try_from(line).unwrap_or(u32::MAX);
@@ -66,7 +66,7 @@ fn wide(urdf: &[u8]) -> Result<Option<String>, Refusal> {
         }
     }
     if !rest.is_empty() {
-        return Err(Refusal::of_file("the URDF is UTF-16 and ends amid a character".to_owned()));
+        return Err(Refusal::of_file("the URDF is UTF-16 and ends within a character".to_owned()));
     }
     Ok(Some(text))
 }

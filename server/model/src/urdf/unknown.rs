@@ -9,10 +9,10 @@ use crate::report::Disposition::Ignored;
 
 /// Elements of real files that simd does not use.
 const REASONS: &[(&str, &str)] = &[
-    ("safety_controller", "its soft limits are a controller's matter; <limit> is read"),
-    ("calibration", "simulated joints know where they are"),
+    ("safety_controller", "soft limits are for controllers; <limit> is read"),
+    ("calibration", "simulated joints need no calibration"),
     ("sensor", "it stands in the robot with a <parent>, or in the <gazebo> of its link or joint"),
-    ("collision_checking", "simd checks no meshes for it"),
+    ("collision_checking", "simd does not check meshes"),
     ("self_collision_checking", "contacts within a robot are off"),
     ("joint_properties", "<dynamics> is what gives damping and friction"),
     ("contact_coefficients", "<contact> of the link is what gives friction"),

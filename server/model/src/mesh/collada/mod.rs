@@ -27,7 +27,7 @@ use crate::robot::Paint;
 pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
     if bytes.len() > limits::COLLADA_BYTES {
         let (size, cap) = (bytes.len(), limits::COLLADA_BYTES);
-        return Err(format!("it has {size} bytes; the most for COLLADA is {cap}"));
+        return Err(format!("it has {size} bytes; the limit for COLLADA is {cap}"));
     }
     let text = xml::decode(bytes)?;
     let document = xml::parse(&text)?;

@@ -48,7 +48,7 @@ pub(super) fn read<'a>(file: &File<'a>, beside: &Beside) -> Result<Builder, Stri
         file.walk(length(visit.node))?;
         if visit.depth > limits::XML_DEPTH {
             let depth = limits::XML_DEPTH;
-            let message = format!("nodes are nested deeper than {depth} levels, or hold themselves");
+            let message = format!("nodes are nested deeper than {depth} levels, or contain themselves");
             return Err(at(visit.node, &message));
         }
         let file_from_node = visit.file_from_parent.and_then(|parent| Ok(parent * transform(visit.node)?));

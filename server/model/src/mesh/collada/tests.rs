@@ -193,7 +193,7 @@ fn what_is_wrong_is_named_with_its_line() {
         ("url=\"#g\"", "", "line 10: <instance_geometry> has no url"),
         ("VERTEX", "NORMAL", "line 8: faces without an input VERTEX"),
         ("COLLADA", "robot", "line 2: it is not COLLADA: its root is \"robot\""),
-        ("<asset>", "<asset", "its XML is wrong: "),
+        ("<asset>", "<asset", "its XML is not valid: "),
         ("<node>", "<node><matrix>1 2</matrix>", "line 10: <matrix> has 2 numbers instead of 16"),
         ("<node>", "<node><lookat>1</lookat>", "line 10: <lookat> is not supported"),
         ("<node>", "<node><scale>1e300 1 1</scale><scale>1e300 1 1</scale>", "a corner is not finite"),
@@ -274,7 +274,7 @@ fn deep_wide_and_long_files_are_refused() {
     let good = file("", &square(TRIANGLES), INSTANCE);
     let long = |bytes: usize| parse(&(good.clone() + &"\n".repeat(bytes - good.len())));
     assert!(long(limits::COLLADA_BYTES).is_ok());
-    assert!(long(limits::COLLADA_BYTES + 1).unwrap_err().contains("the most for COLLADA is 67108864"));
+    assert!(long(limits::COLLADA_BYTES + 1).unwrap_err().contains("the limit for COLLADA is 67108864"));
     let doctype = good.replace("<COLLADA", "<!DOCTYPE a [<!ENTITY b \"c\">]><COLLADA");
     assert!(why(&doctype).contains("DTD"));
     assert!(why("").contains("no root element"));

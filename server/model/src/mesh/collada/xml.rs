@@ -33,7 +33,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, String> {
         Error::NodesLimitReached => format!("it has more than {nodes_limit} XML nodes"),
         Error::DtdDetected => "it has a document type declaration (DTD); simd reads none".to_owned(),
         Error::NoRootNode => "it is not COLLADA: it has no root element".to_owned(),
-        error => format!("its XML is wrong: {error}"),
+        error => format!("its XML is not valid: {error}"),
     })?;
     check_depth(&document)?;
     Ok(document)
@@ -44,7 +44,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, String> {
 fn check_counts(text: &str) -> Result<(), String> {
     let namespaces = text.matches("xmlns").count();
     if namespaces > limits::XML_NAMESPACES {
-        return Err(format!("{namespaces} namespaces are declared; the most is {}", limits::XML_NAMESPACES));
+        return Err(format!("{namespaces} namespaces are declared; the limit is {}", limits::XML_NAMESPACES));
     }
     let mut all = 0;
     // The text between two `<` has at least the attributes of one element.
@@ -53,13 +53,13 @@ fn check_counts(text: &str) -> Result<(), String> {
         all += here;
         if here > limits::XML_ATTRIBUTES {
             return Err(format!(
-                "an element has some {here} attributes; the most is {}",
+                "an element has some {here} attributes; the limit is {}",
                 limits::XML_ATTRIBUTES
             ));
         }
     }
     if all > limits::COLLADA_ATTRIBUTES {
-        return Err(format!("it has some {all} attributes; the most is {}", limits::COLLADA_ATTRIBUTES));
+        return Err(format!("it has some {all} attributes; the limit is {}", limits::COLLADA_ATTRIBUTES));
     }
     Ok(())
 }

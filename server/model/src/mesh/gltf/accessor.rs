@@ -46,12 +46,12 @@ impl<'d> Buffers<'d> {
     /// Returns the bytes of a view.
     pub(super) fn view(&self, view: usize) -> Result<&[u8], String> {
         let Some(found) = self.document.buffer_views.get(view) else {
-            return Err(format!("it names buffer view {view}, which is not there"));
+            return Err(format!("it names buffer view {view}, which does not exist"));
         };
         let Some(Some(buffer)) = self.all.get(found.buffer) else {
             let named = self.document.buffers.get(found.buffer).and_then(|buffer| buffer.uri.as_deref());
             let named = named.map_or_else(String::new, |uri| format!(" {}", crate::mesh::shown(uri)));
-            return Err(format!("its buffer{named} is not there"));
+            return Err(format!("its buffer{named} does not exist"));
         };
         let rest = buffer.get(found.byte_offset..);
         let own = rest.and_then(|rest| rest.get(..found.byte_length));
@@ -84,14 +84,14 @@ impl<'d> Buffers<'d> {
             }
         };
         if !matches!(found.component_type, UNSIGNED_BYTE | UNSIGNED_SHORT | UNSIGNED_INT) {
-            return Err(format!("accessor {accessor} is of indices that are no whole numbers"));
+            return Err(format!("accessor {accessor} is of indices that are not whole numbers"));
         }
         Ok((0..found.count).map_while(index).collect())
     }
 
     fn get(&self, accessor: usize, kinds: &[&str]) -> Result<&'d Accessor, String> {
         let Some(found) = self.document.accessors.get(accessor) else {
-            return Err(format!("it names accessor {accessor}, which is not there"));
+            return Err(format!("it names accessor {accessor}, which does not exist"));
         };
         if !kinds.contains(&found.kind.as_str()) {
             let (kind, expected) = (crate::mesh::shown(&found.kind), kinds.join(" or "));

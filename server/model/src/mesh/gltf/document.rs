@@ -163,18 +163,18 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
     let (most, size) = (limits::GLTF_JSON_BYTES, json.len());
     if size > most {
-        return Err(format!("its JSON has {size} bytes; the most is {most}"));
+        return Err(format!("its JSON has {size} bytes; the limit is {most}"));
     }
     // Each object takes a hundred times its text.
     let objects = json.iter().filter(|byte| **byte == b'{').count();
     if objects > limits::GLTF_OBJECTS {
-        return Err(format!("its JSON has {objects} objects; the most is {}", limits::GLTF_OBJECTS));
+        return Err(format!("its JSON has {objects} objects; the limit is {}", limits::GLTF_OBJECTS));
     }
     let document: Document =
-        serde_json::from_slice(json).map_err(|error| format!("its JSON is wrong: {error}"))?;
+        serde_json::from_slice(json).map_err(|error| format!("its JSON is not valid: {error}"))?;
     if !document.asset.version.starts_with("2.") {
         let version = shown(&document.asset.version);
-        return Err(format!("it is glTF of version {version}; 2.0 is read"));
+        return Err(format!("it is glTF {version}; only 2.0 is supported"));
     }
     let is_unknown = |extension: &&String| !HARMLESS.iter().any(|harmless| extension.starts_with(harmless));
     if let Some(extension) = document.extensions_required.iter().find(is_unknown) {
@@ -191,7 +191,7 @@ fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         Ok(u32::from_le_bytes(word) as usize)
     };
     if word(4)? != 2 {
-        return Err(format!("it is a GLB of version {}; 2 is read", word(4)?));
+        return Err(format!("it is a GLB of version {}; only 2 is supported", word(4)?));
     }
     let chunk = |at: usize| -> Result<(usize, &[u8]), String> {
         let (length, kind) = (word(at)?, word(at + 4)?);

@@ -85,10 +85,10 @@ impl Reader<'_> {
             scene.nodes.iter().rev().map(|node| (*node, DMat4::IDENTITY)).collect();
         while let Some((index, file_from_parent)) = ahead.pop() {
             let (Some(node), Some(was_met)) = (document.nodes.get(index), met.get_mut(index)) else {
-                return Err(format!("it names node {index}, which is not there"));
+                return Err(format!("it names node {index}, which does not exist"));
             };
             if std::mem::replace(was_met, true) {
-                return Err(format!("node {index} is in two places, or holds itself"));
+                return Err(format!("node {index} is in two places, or contains itself"));
             }
             let file_from_node = file_from_parent * transform(node);
             if let Some(mesh) = node.mesh {
@@ -103,7 +103,7 @@ impl Reader<'_> {
 
     fn add(&mut self, mesh: usize, file_from_mesh: DMat4) -> Result<(), String> {
         let Some(mesh) = self.document.meshes.get(mesh) else {
-            return Err(format!("it names mesh {mesh}, which is not there"));
+            return Err(format!("it names mesh {mesh}, which does not exist"));
         };
         for primitive in &mesh.primitives {
             self.visits += 1;
@@ -156,7 +156,7 @@ impl Reader<'_> {
                 _ => [0, n + 1, n + 2],
             };
             let [Some(a), Some(b), Some(c)] = corners.map(at) else {
-                return Err(format!("a triangle names a corner that is not there, of {count}"));
+                return Err(format!("a triangle names a corner that does not exist; the mesh has {count}"));
             };
             self.mesh.face([a, b, c])?;
         }

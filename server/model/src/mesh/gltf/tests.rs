@@ -59,14 +59,14 @@ fn the_base_colour_is_as_screens_have_it_and_shines_through_where_it_blends() {
     // As exact as the power of 1 / 2.4.
     assert!((red - 1.0).abs() < 1e-12 && (green - 0.5).abs() < 1e-6, "{red} {green}");
     assert_eq!(material(r#", "alphaMode": "BLEND""#).1, 0.5);
-    assert_eq!(parse(&document(PLAIN)).unwrap().paints, [], "a material that is not there is none");
+    assert_eq!(parse(&document(PLAIN)).unwrap().paints, [], "a material that does not exist is none");
 }
 
 #[test]
 fn what_is_broken_or_unknown_is_refused_in_a_sentence() {
     let fine = document(PLAIN);
     for (from, to, expected) in [
-        ("\"2.0\"", "\"1.0\"", "it is glTF of version \"1.0\"; 2.0 is read"),
+        ("\"2.0\"", "\"1.0\"", "it is glTF \"1.0\"; only 2.0 is supported"),
         (
             "\"count\": 3, \"type\": \"VEC3\"",
             "\"count\": 4, \"type\": \"VEC3\"",
@@ -77,11 +77,11 @@ fn what_is_broken_or_unknown_is_refused_in_a_sentence() {
         ("\"POSITION\": 0", "\"POSITION\": 7", "it names accessor 7"),
         ("\"mesh\": 0", "\"mesh\": 3", "it names mesh 3"),
         ("\"nodes\": [0]", "\"nodes\": [4]", "it names node 4"),
-        ("\"mesh\": 0", "\"mesh\": 0, \"children\": [0]", "node 0 is in two places, or holds itself"),
+        ("\"mesh\": 0", "\"mesh\": 0, \"children\": [0]", "node 0 is in two places, or contains itself"),
         ("\"byteLength\": 36", "\"byteLength\": 99", "buffer view 0 ends behind its buffer"),
-        ("AAEC", "AAEJ", "a triangle names a corner that is not there, of 3"),
+        ("AAEC", "AAEJ", "a triangle names a corner that does not exist; the mesh has 3"),
         ("base64,", "base64,*", "buffer 0 is not in base 64"),
-        (DATA, "lost.bin", "its buffer \"lost.bin\" is not there"),
+        (DATA, "lost.bin", "its buffer \"lost.bin\" does not exist"),
         (
             "\"meshes\"",
             "\"extensionsRequired\": [\"KHR_draco_mesh_compression\"], \"meshes\"",
@@ -102,7 +102,7 @@ fn what_is_broken_or_unknown_is_refused_in_a_sentence() {
 #[test]
 fn a_short_file_does_not_become_long_work() {
     let many = "{},".repeat(limits::GLTF_OBJECTS);
-    assert!(why(&document(&format!(r#""images": [{many}{{}}], {PLAIN}"#))).contains("objects; the most is"));
+    assert!(why(&document(&format!(r#""images": [{many}{{}}], {PLAIN}"#))).contains("objects; the limit is"));
     // A mesh of ten thousand parts, used ten thousand times.
     let part = r#"{"attributes": {"POSITION": 0}, "mode": 0},"#.repeat(10_000);
     let nodes = r#"{"mesh": 1},"#.repeat(10_000);

@@ -114,7 +114,7 @@ fn colours_that_cannot_be_read_refuse_no_model() {
     let text = "<mujoco><asset><material name='m' rgba='1 x'/></asset><worldbody><body><geom size='1' rgba='0.1 0.1'/>\
         <geom size='1' material='m'/></body></worldbody></mujoco>";
     let (_, report) = robot(text);
-    let said = report.findings.iter().filter(|finding| finding.message.contains("as it is only seen"));
+    let said = report.findings.iter().filter(|finding| finding.message.contains("since it is only visual"));
     assert_eq!(said.count(), 2);
 }
 

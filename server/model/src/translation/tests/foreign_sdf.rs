@@ -85,7 +85,7 @@ fn looks_that_cannot_be_read_refuse_no_model() {
     ));
     let (model, report) = robot(&text);
     assert!(link(&model, "a").visuals.is_empty());
-    assert_eq!(find(&report, "as it is only seen").severity, Severity::Warning);
+    assert_eq!(find(&report, "since it is only visual").severity, Severity::Warning);
 }
 
 #[test]

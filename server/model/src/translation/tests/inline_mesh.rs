@@ -70,7 +70,10 @@ fn numbers_that_make_no_mesh_are_refused_with_the_line() {
         (format!("{square} face='0 1 -1'"), "face names -1"),
         (format!("{square} face='0 1 1.5'"), "face names 1.5"),
         (format!("{square} face='0 1'"), "face has 2 numbers"),
-        (format!("vertex='{}'", "1 2 3 ".repeat(3_001)), "it has 3001 corners and no face; the most is 3000"),
+        (
+            format!("vertex='{}'", "1 2 3 ".repeat(3_001)),
+            "it has 3001 corners and no face; the limit is 3000",
+        ),
     ] {
         let refused = refusal(&with_mesh(&attributes));
         assert!(refused.contains(message), "{refused}");

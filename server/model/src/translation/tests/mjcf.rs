@@ -228,10 +228,7 @@ fn what_is_not_read_is_named_by_line() {
     let (_, report) = robot(&text);
     assert_eq!(
         warnings(&report),
-        [
-            (Some(3), "not read by simd: the robot is without it"),
-            (Some(6), "not read by simd: the robot is without it")
-        ]
+        [(Some(3), "not read by simd: left out"), (Some(6), "not read by simd: left out")]
     );
 }
 
@@ -240,7 +237,7 @@ fn what_a_free_joint_has_beside_its_freedom_is_named() {
     let sections = "<default><joint armature='0.04' damping='0'/></default>";
     let body = |joint: &str| mjcf(sections, &format!("<body name='a'>{joint}<geom size='1'/></body>"));
     let (_, report) = robot(&body("<joint type='free'/>"));
-    let message = "the armature of a free joint is not read: the body is without it";
+    let message = "the armature of a free joint is not read: left out";
     assert_eq!(warnings(&report), [(Some(4), message)]);
     let (_, report) = robot(&body("<freejoint/>"));
     assert_eq!(warnings(&report), []);
@@ -256,7 +253,7 @@ fn what_cannot_be_meant_is_refused_with_the_line() {
         of("<body><joint type='screw'/></body>")
     );
     assert!(of("<joint/>").contains("the world has no joints"));
-    assert!(of("<body pos='1 2'/>").contains("pos has 2 numbers where there must be 3"));
+    assert!(of("<body pos='1 2'/>").contains("pos has 2 numbers instead of 3"));
     assert!(of("<body name='a'/><body name='a'/>").contains("another body has this name"));
     assert!(of("<body><body><freejoint/></body></body>").contains("a free joint is for a body of the world"));
     assert!(refusal("<mujoco><compiler coordinate='global'/></mujoco>").contains("2.3.3"));
@@ -301,7 +298,7 @@ fn bodies_that_are_welded_or_connected_are_held_by_constraints() {
     // In the world, the fixed body is at z = 3, and the root at x = 1.
     assert!(near(place(to_still, 0), [0.0, 0.0, 0.5]) && near(place(to_still, 1), [-1.0, 0.0, 3.0]));
     let said = warnings(&translation.report);
-    assert!(said.iter().any(|(_, message)| message.contains("a body that is not there")), "{said:?}");
+    assert!(said.iter().any(|(_, message)| message.contains("a body that does not exist")), "{said:?}");
     assert!(said.iter().any(|(_, message)| message.contains("both ends of")), "{said:?}");
 }
 

@@ -150,7 +150,7 @@ fn surfaces_shapes_and_colours_are_the_files() {
     );
     assert_eq!(a.visuals[0].color, Some([1.0, 0.0, 0.0, 1.0]));
     assert_eq!(a.visuals[0].geometry, Geometry::Capsule { radius: 1.5, length: 3.0 });
-    let said = "simd has no ellipsoids: a capsule along its longest axis stands for it; \
+    let said = "simd has no ellipsoids: a capsule along its longest axis is used instead; \
                 the largest distance between the two is 0.6522 m";
     assert_eq!(warnings(&report), [(Some(3), said)]);
 }

@@ -75,7 +75,7 @@ pub(super) fn read(
     Ok(match word {
         "imu" | "accelerometer" | "gyroscope" => {
             if let Some(frame) = at(node, &["imu", "orientation_reference_frame"]) {
-                findings.info(frame, Ignored, "not read by simd: an orientation is against the world");
+                findings.info(frame, Ignored, "not read by simd: orientations are relative to the world");
             }
             SensorKind::Imu
         }
@@ -88,7 +88,7 @@ pub(super) fn read(
         }
         "ray" | "gpu_ray" | "lidar" | "gpu_lidar" | "range" => scan(node, findings)?,
         "sonar" => {
-            note(node, findings, "one ray along x stands for its cone");
+            note(node, findings, "one ray along x replaces its cone");
             let said = at(node, &["sonar"]);
             let of = |tag, default| -> Result<f64, String> {
                 Ok(said.map(|node| number(node, tag)).transpose()?.flatten().unwrap_or(default))
@@ -121,14 +121,16 @@ fn force_torque(node: Node) -> Result<SensorKind, String> {
         None | Some("child") => WrenchAxes::Child,
         Some("parent") => WrenchAxes::Parent,
         Some("sensor") => WrenchAxes::Sensor,
-        Some(other) => return Err(format!("its frame {} is none of child, parent, sensor", quoted(other))),
+        Some(other) => {
+            return Err(format!("its frame {} is not one of child, parent, sensor", quoted(other)));
+        }
     };
     let direction = match said("measure_direction") {
         None | Some("child_to_parent") => WrenchDirection::ChildOnParent,
         Some("parent_to_child") => WrenchDirection::ParentOnChild,
         Some(other) => {
             let known = "child_to_parent, parent_to_child";
-            return Err(format!("its measure_direction {} is none of {known}", quoted(other)));
+            return Err(format!("its measure_direction {} is not one of {known}", quoted(other)));
         }
     };
     Ok(SensorKind::ForceTorque { axes, direction })

@@ -96,7 +96,7 @@ fn noise(node: Node, findings: &mut Findings) -> Result<Noise, String> {
         "none" => return Ok(Noise { dropout: of("dropout")?, ..Noise::default() }),
         "gaussian" | "gaussian_quantized" => {}
         other => {
-            let message = format!("{} is none of: none, gaussian, gaussian_quantized", quoted(other));
+            let message = format!("{} is not one of: none, gaussian, gaussian_quantized", quoted(other));
             findings.warn(node, Ignored, message);
             return Ok(Noise::default());
         }

@@ -61,13 +61,13 @@ fn what_cannot_hold_anything_is_left_out_with_the_reason() {
     let both = "<parent link='a'/><child link='b'/>";
     for (text, why) in [
         (hold("type='wled'", both), "did you mean weld?"),
-        (hold("", both), "type=\"\" is none of"),
+        (hold("", both), "type=\"\" is not one of"),
         (hold("type='weld'", "<parent link='a'/>"), "it has no child"),
         (hold("type='weld'", "<parent link='a'/><child link='a'/>"), "its two ends are the same"),
         (hold("type='weld'", "<parent/><child/>"), "neither of its ends is of this robot"),
         (
             hold("type='weld'", "<parent link='c'/><child link='b'/>"),
-            "its parent \"c\" is no link of the robot",
+            "its parent \"c\" is not a link of the robot",
         ),
         (hold("type='gear'", both), "its parent names no joint"),
         (
@@ -111,7 +111,7 @@ fn a_joint_of_gazebo_closes_a_loop_where_the_links_are_at_zero() {
         "<gazebo><joint name='s' type='screw'><parent>a</parent><child>b</child></joint></gazebo>",
     );
     assert_eq!(read, []);
-    assert_eq!(warnings(&report), ["no constraint is a joint of type \"screw\": left out"]);
+    assert_eq!(warnings(&report), ["a constraint cannot be a joint of type \"screw\": left out"]);
 }
 
 #[test]

@@ -50,10 +50,10 @@ fn text_that_is_not_utf8_is_read_as_what_it_says_or_seems_to_be() {
 #[test]
 fn what_is_no_text_is_refused_as_such() {
     let refusal = |bytes: &[u8]| describe(bytes).unwrap_err().message;
-    assert_eq!(refusal(b"\x89PNG\r\n\x1a\n"), "this is not a URDF: it is not even text");
-    assert_eq!(refusal(b"solid \0\0\0\0\xff<"), "this is not a URDF: it is not even text");
+    assert_eq!(refusal(b"\x89PNG\r\n\x1a\n"), "this is not a URDF: it is not text");
+    assert_eq!(refusal(b"solid \0\0\0\0\xff<"), "this is not a URDF: it is not text");
     assert!(refusal(b"\xff\xfe\0\0<\0\0\0").contains("UTF-32"));
-    assert!(refusal(b"\xff\xfe<\0r").contains("ends amid a character"));
+    assert!(refusal(b"\xff\xfe<\0r").contains("ends within a character"));
     assert!(refusal(b"\xff\xfe<\0\n\0\0\xd8<\0").starts_with("line 2: the URDF is broken UTF-16"));
 }
 
@@ -185,13 +185,13 @@ fn a_number_that_is_none_is_refused_with_element_and_line() {
     let expected = "joint \"j\" origin (line 5): xyz=\"1 x 2 3\" has a word that is not a number: \"x\"";
     assert_eq!(message, expected);
     for (value, why) in [
-        ("1 2", "is 2 numbers where there must be 3"),
+        ("1 2", "is 2 numbers instead of 3"),
         ("NaN 0 0", "is not finite"),
         ("inf 0 0", "is not finite"),
         ("1e999 0 0", "is not finite"),
         ("1e30 0 0", "is larger than simd computes with"),
         ("1,x 0 0", "has a word that is not a number"),
-        ("${x} 0 0", "is a left-over of xacro"),
+        ("${x} 0 0", "is an unexpanded xacro expression"),
     ] {
         let message = refusal(&one_joint("continuous", &format!("<origin xyz='{value}'/>")));
         assert!(message.contains(why), "{message}");

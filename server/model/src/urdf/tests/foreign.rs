@@ -54,12 +54,12 @@ fn looks_that_cannot_be_read_refuse_no_robot() {
         let (model, report) = robot(&text);
         assert_eq!(model.links[0].visuals.len(), 1, "{looks}");
         assert_eq!(model.links[0].visuals[0].color, None, "{looks}");
-        assert_eq!(find(&report, "as it is only seen").severity, Severity::Warning, "{looks}");
+        assert_eq!(find(&report, "since it is only visual").severity, Severity::Warning, "{looks}");
     }
     let origin = "<robot name='r'><link name='a'><visual><origin xyz='0 0'/><geometry><sphere radius='0.1'/></geometry></visual></link></robot>";
     let (model, report) = robot(origin);
     assert_eq!(model.links[0].visuals.len(), 0);
-    find(&report, "as it is only seen");
+    find(&report, "since it is only visual");
     // Faults of colliders are no matter of the look.
     assert!(read_text(&origin.replace("visual", "collision")).is_err());
 }

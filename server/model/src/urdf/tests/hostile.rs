@@ -50,24 +50,24 @@ fn more_nodes_links_or_shapes_than_the_cap_are_refused_with_both_numbers() {
     let nodes = format!("<robot name='r'><link name='a'/>{}</robot>", "<a/>".repeat(300_000));
     assert_eq!(soon(&nodes), "the URDF has more than 250000 XML nodes");
     let links: String = (0..1001).map(|i| format!("<link name='l{i}'/>")).collect();
-    assert!(soon(&format!("<robot name='r'>{links}</robot>")).contains("1001 links; the most is 1000"));
+    assert!(soon(&format!("<robot name='r'>{links}</robot>")).contains("1001 links; the limit is 1000"));
     let shapes = "<visual/>".repeat(10_001);
     let message = soon(&format!("<robot name='r'><link name='a'>{shapes}</link></robot>"));
-    assert!(message.contains("10001 shapes; the most is 10000"), "{message}");
+    assert!(message.contains("10001 shapes; the limit is 10000"), "{message}");
 }
 
 #[test]
 fn a_file_above_the_size_cap_is_refused_with_both_numbers() {
     let bytes = vec![b' '; (16 << 20) + 1];
     let message = read(&bytes, &Files::default(), &ReadOptions::default()).unwrap_err().message;
-    assert_eq!(message, "the URDF has 16777217 bytes; the most is 16777216");
+    assert_eq!(message, "the URDF has 16777217 bytes; the limit is 16777216");
 }
 
 #[test]
 fn endless_names_are_refused_and_not_repeated() {
     let name = "x".repeat(100_000);
     let message = soon(&format!("<robot name='r'><link name='{name}'/></robot>"));
-    assert!(message.contains("name has 100000 bytes; the most is 1024"), "{message}");
+    assert!(message.contains("name has 100000 bytes; the limit is 1024"), "{message}");
     assert!(message.len() < 300);
     assert!(refusal("<robot name='r'><link name='a&#10;b'/></robot>").contains("control character"));
 }

@@ -46,7 +46,7 @@ fn joints_that_follow_one_another_in_a_loop_go_their_own_ways() {
     let (model, report) = robot(&looped);
     let leaders: Vec<_> = model.joints.iter().map(|joint| joint.mimic.map(|mimic| mimic.joint)).collect();
     assert_eq!(leaders, [Some(1), None, None], "the first follows one of the loop, and is not on it");
-    let expected = "joints follow one another in a loop: \"j1\", \"j2\"; each moves by itself";
+    let expected = "joints follow one another in a loop: \"j1\", \"j2\"; each moves independently";
     assert_eq!(warnings(&report), [expected]);
     let (model, report) = robot(&three(["<mimic joint='j0'/>", "", ""], ["revolute"; 3]));
     assert!(model.joints.iter().all(|joint| joint.mimic.is_none()));

@@ -95,7 +95,7 @@ fn the_two_links_with_spaces_crlf_and_a_byte_order_mark_are_read() {
     assert!(urdf.starts_with(b"\xEF\xBB\xBF<?xml") && urdf.windows(2).any(|pair| pair == b"\r\n"));
     let (model, report) = load("Two Link.v2", "Two Link.v2.urdf");
     assert_eq!(report.summary(&model), "two_link: 3 links, 2 moving joints; 1 warning");
-    assert_eq!(warnings(&report), ["the axis has length 2.000000 and was made 1 long"]);
+    assert_eq!(warnings(&report), ["the axis has length 2.000000 and was normalized"]);
     let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
     assert_eq!(names, ["shoulder joint", "elbow joint"]);
     assert_eq!(model.joints[0].limits, JointLimits::default());

@@ -306,7 +306,7 @@ fn what_is_no_sensor_is_left_out_with_the_reason() {
         (
             "<sensor type='imu'><parent link='arm'/><seed>-1</seed></sensor>",
             true,
-            "its seed \"-1\" is no whole number from 0 on",
+            "its seed \"-1\" is not a whole number of at least 0",
         ),
         (
             "<sensor type='lidar'><parent link='arm'/><ray><scan><horizontal><samples>9</samples><min_angle>2</min_angle>\
