@@ -103,8 +103,8 @@ fn client(folder: &Path, name: &str) -> Result<String, String> {
         && !name.starts_with(['.', '-']);
     if !is_name {
         return Err(format!(
-            "{name:?} is no name of a client: it must be 1 to 64 of the characters A-Z a-z 0-9 . _ -, not ca and not \
-             server, and not begin with . or -"
+            "{name:?} is not a valid name of a client: it must be 1 to 64 of the characters A-Z a-z 0-9 . _ \
+             -, not ca and not server, and not begin with . or -"
         ));
     }
     let files = ["pem", "key"].map(|kind| folder.join(format!("{name}.{kind}")));
@@ -135,7 +135,7 @@ fn failed(folder: &Path, error: &dyn std::fmt::Display) -> String {
 
 fn are_free(paths: [&Path; 2]) -> Result<(), String> {
     match paths.into_iter().find(|path| path.exists()) {
-        Some(path) => Err(format!("{} is there already: move it away first", path.display())),
+        Some(path) => Err(format!("{} already exists: move it away first", path.display())),
         None => Ok(()),
     }
 }
@@ -149,7 +149,7 @@ fn known(folder: &Path) -> Result<Option<Issuer<'static, KeyPair>>, String> {
     };
     let Some((certificate, key)) = read("ca.pem")?.zip(read("ca.key")?) else { return Ok(None) };
     let broken =
-        |name: &str, error: rcgen::Error| format!("{} is not whole: {error}", folder.join(name).display());
+        |name: &str, error: rcgen::Error| format!("{} is incomplete: {error}", folder.join(name).display());
     let key = KeyPair::from_pem(&key).map_err(|error| broken("ca.key", error))?;
     Issuer::from_ca_cert_pem(&certificate, key).map(Some).map_err(|error| broken("ca.pem", error))
 }
@@ -212,9 +212,9 @@ mod tests {
         let said = init(&path, vec!["lab.example".into()]).unwrap();
         assert!(said.contains("https://lab.example:7400"), "{said}");
         let authority = fs::read_to_string(path.join("ca.pem")).unwrap();
-        assert!(init(&path, Vec::new()).unwrap_err().contains("server.pem is there already"));
+        assert!(init(&path, Vec::new()).unwrap_err().contains("server.pem already exists"));
         fs::remove_file(path.join("server.pem")).unwrap();
-        assert!(init(&path, Vec::new()).unwrap_err().contains("server.key is there already"));
+        assert!(init(&path, Vec::new()).unwrap_err().contains("server.key already exists"));
         fs::remove_file(path.join("server.key")).unwrap();
         init(&path, Vec::new()).unwrap();
         assert_eq!(fs::read_to_string(path.join("ca.pem")).unwrap(), authority);
@@ -228,10 +228,10 @@ mod tests {
         init(folder.path(), Vec::new()).unwrap();
         let said = client(folder.path(), "alice").unwrap();
         assert!(said.contains("\"alice.pem\", \"alice.key\""), "{said}");
-        assert!(client(folder.path(), "alice").unwrap_err().contains("alice.pem is there already"));
+        assert!(client(folder.path(), "alice").unwrap_err().contains("alice.pem already exists"));
         fs::write(folder.path().join("ca.key"), "x").unwrap();
         let broken = client(folder.path(), "bob").unwrap_err();
-        assert!(broken.contains("ca.key is not whole"), "{broken}");
+        assert!(broken.contains("ca.key is incomplete"), "{broken}");
         for name in ["", "ca", "server", "../alice", "a b", "-a", ".a"] {
             assert!(client(folder.path(), name).unwrap_err().contains("no name of a client"), "{name}");
         }

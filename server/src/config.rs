@@ -224,7 +224,7 @@ impl Config {
         };
         Err(format!(
             "{} can be reached from other machines: {lack}; give --tls-certificate, --tls-key and --tokens (`simd tls \
-             init` and `simctl token add` make them), listen on 127.0.0.1, or say --insecure",
+             init` and `simctl token add` make them), listen on 127.0.0.1, or use --insecure",
             self.listen
         ))
     }

@@ -157,7 +157,7 @@ impl Running {
     pub fn reload(&self) {
         match self.tls.as_ref().map(|tls| tls.reload()) {
             Some(Ok(())) => tracing::info!("the certificate was read again"),
-            Some(Err(sentence)) => tracing::error!("the certificate is as before: {sentence}"),
+            Some(Err(sentence)) => tracing::error!("the certificate was not replaced: {sentence}"),
             None => tracing::info!("there is no certificate to read again"),
         }
     }
@@ -177,10 +177,10 @@ impl Running {
         let driver_ended = self.handle.driver_ended();
         tokio::select! {
             () = driver_ended.cancelled() => {
-                Error::Driver(self.handle.driver_failure().unwrap_or("it was not asked to").to_owned())
+                Error::Driver(self.handle.driver_failure().unwrap_or("it was not asked to end").to_owned())
             }
             served = &mut self.server => Error::Server(match served {
-                Ok(()) => "it was not asked to".to_owned(),
+                Ok(()) => "it was not asked to end".to_owned(),
                 Err(panicked) => panicked.to_string(),
             }),
         }
@@ -220,10 +220,10 @@ impl Running {
         world::save_last(self.autosave.as_ref(), &self.handle).await;
         self.handle.end_driver();
         if tokio::time::timeout(DRAIN, self.handle.recording_ended()).await.is_err() {
-            tracing::warn!("the disk takes too long for the end of the recording");
+            tracing::warn!("the recording was not completed in time: the disk is slow");
         }
         if tokio::time::timeout(LAST_STEP, self.handle.driver_ended().cancelled()).await.is_err() {
-            tracing::warn!("the last step takes too long and is left behind");
+            tracing::warn!("the last step did not end in time and was abandoned");
         }
     }
 }

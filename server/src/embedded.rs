@@ -284,11 +284,11 @@ impl Embedded {
             runtime.block_on(async {
                 let recording = tokio::time::timeout(LAST_STEP, self.handle.recording_ended());
                 if recording.await.is_err() {
-                    tracing::warn!("the disk takes too long for the end of the recording");
+                    tracing::warn!("the recording was not completed in time: the disk is slow");
                 }
                 let driver = self.handle.driver_ended();
                 if tokio::time::timeout(LAST_STEP, driver.cancelled()).await.is_err() {
-                    tracing::warn!("the last step takes too long and is left behind");
+                    tracing::warn!("the last step did not end in time and was abandoned");
                 }
             });
         }
@@ -300,7 +300,7 @@ impl Embedded {
             return Err(CallError::ShuttingDown).or_status();
         }
         let found = method.split_once('/').and_then(|(service, method)| methods::find(service, method));
-        let none = || with_reason(Status::unimplemented(format!("`{method}` is no method of simd.v1")));
+        let none = || with_reason(Status::unimplemented(format!("`{method}` is not a method of simd.v1")));
         found.ok_or_else(none)
     }
 
@@ -318,7 +318,7 @@ impl Embedded {
         let runtime = self.runtime()?;
         let mut under_way = self.lock();
         if under_way.tasks.len() >= UNDER_WAY {
-            let message = format!("{UNDER_WAY} calls and subscriptions are under way already; end some");
+            let message = format!("{UNDER_WAY} calls and subscriptions are already in progress; end some");
             return Err(Explained::new(ErrorReason::MailboxFull, message).into());
         }
         under_way.given += 1;

@@ -229,7 +229,8 @@ impl Shared {
 
     /// Adds a line about lines of a crate that came too fast.
     fn note_left_out(&self, target: &str, count: u64) {
-        let sentence = format!("lines of {} that came too fast and were left out: {count}", crate_of(target));
+        let sentence =
+            format!("lines of {} that were left out, since there were too many: {count}", crate_of(target));
         let line = match self.is_json.load(Ordering::Relaxed) {
             true => json("WARN", &sentence),
             false => format!("{}{sentence}\n", stamp("WARN")),

@@ -79,7 +79,7 @@ async fn serve(settings: Ros2, handle: SimHandle, calls: [Calls; 2], ended: Canc
         tracing::error!("the node of ROS 2 ends: {error}");
     }
     if tokio::time::timeout(CLOSE, session.close()).await.is_err() {
-        tracing::warn!("the session of ROS 2 does not close in time and is left behind");
+        tracing::warn!("the session of ROS 2 did not close in time and was abandoned");
     }
 }
 
@@ -88,7 +88,7 @@ impl Serving {
     pub async fn drain(self) {
         self.ended.cancel();
         if tokio::time::timeout(2 * CLOSE, self.node).await.is_err() {
-            tracing::warn!("the node of ROS 2 does not end in time and is left behind");
+            tracing::warn!("the node of ROS 2 did not end in time and was abandoned");
         }
     }
 }

@@ -103,7 +103,7 @@ async fn what_is_not_for_a_ball_joint_is_refused(via: Via) {
     assert!(error.to_string().contains("orientation"), "{error}");
     let plain = proto::JointReset { joint: "ball".into(), position: 0.3, ..Default::default() };
     let error = daemon.client.reset_joints("pendulum", vec![plain]).await.unwrap_err();
-    assert!(error.to_string().contains("put at an orientation"), "{error}");
+    assert!(error.to_string().contains("set to an orientation"), "{error}");
     let arm = assets().join("seven_arm/urdf/seven_arm.urdf");
     daemon.client.load(arm, fixed("arm")).await.unwrap();
     let target = joint_target("joint_1", Target::orientation(PLACE));

@@ -431,7 +431,7 @@ async fn a_token_for_some_robots_changes_no_other_and_not_the_world() {
         for (what, outcome) in refusals {
             let refused = outcome.expect_err(what);
             assert_eq!(refused.reason(), Some(ErrorReason::RobotNotAllowed), "{what}: {refused}");
-            assert!(refused.to_string().contains("the token is for arm alone"), "{what}: {refused}");
+            assert!(refused.to_string().contains("the token is only for arm"), "{what}: {refused}");
         }
     }
     let states = admin.joint_states(vec![simd_client::every_joint("other")]).await.unwrap();

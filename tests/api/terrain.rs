@@ -62,7 +62,11 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
             MeshShapes::Mesh,
             "its link cannot move; it touches nothing else that cannot, and has no distance from other such meshes",
         ),
-        (Base::Free, MeshShapes::Mesh, "the convex hull of the collision mesh of 10 triangles stands for it"),
+        (
+            Base::Free,
+            MeshShapes::Mesh,
+            "the convex hull of the collision mesh of 10 triangles is used instead",
+        ),
         (Base::Fixed, MeshShapes::Hull, "the largest distance found between the two is 0."),
         (Base::Fixed, MeshShapes::Decomposition, "convex part"),
     ] {
@@ -116,7 +120,10 @@ async fn a_strict_load_refuses_what_is_no_mesh_and_no_parts(via: Via) {
     write_robot(folder.path(), "sheet.obj", sheet.as_bytes());
     let refused = load_strictly(Base::Free, MeshShapes::Decomposition).await.unwrap_err();
     let said = refused.to_string();
-    assert!(said.contains("is not taken apart") && said.contains("strict loading refuses"), "{said}");
+    assert!(
+        said.contains("is not divided into convex parts") && said.contains("strict loading refuses"),
+        "{said}"
+    );
     assert!(load_strictly(Base::Free, MeshShapes::Hull).await.is_ok());
     assert!(load_strictly(Base::Fixed, MeshShapes::Mesh).await.is_ok());
     write_robot(folder.path(), "line.obj", b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
@@ -227,7 +234,7 @@ async fn files_that_are_no_ground_are_a_sentence(via: Via) {
         (
             "huge.png",
             grey_png(16, [100_000, 100_000], &[]),
-            "100000 rows of 100000 samples; the most is 1000000 in all",
+            "100000 rows of 100000 samples; the limit is 1000000 in all",
         ),
         // A stream of zeros a thousand times as long as the picture: unpacking stops at the picture's size.
         ("short.png", grey_png(16, [900, 900], b"\x78\x9c\x03\x00\x00\x00\x00\x01"), "cannot be unpacked"),

@@ -220,7 +220,7 @@ async fn what_is_wrong_with_certificates_is_said_over_zenoh_too() {
     }
     let strict = sealed(true).await;
     let sentence = said(&strict, Some(strict.authority())).await.unwrap_err();
-    assert!(sentence.contains("SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY name its file"), "{sentence}");
+    assert!(sentence.contains("set SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY to the files"), "{sentence}");
     let locator = &strict.running.locators()[0];
     let client = Client::connect_with(locator, with_certificate(&strict)).await.unwrap();
     assert!(client.robots().await.unwrap().is_empty());

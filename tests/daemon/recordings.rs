@@ -120,7 +120,7 @@ async fn a_recording_that_is_being_made_is_complete_when_the_daemon_ends() {
     assert!(said.code == 0 && said.out.trim_end().ends_with(": equal"), "{}{}", said.out, said.err);
     let other = Home::new().run("simd", ["replay", "Cargo.toml"]).await;
     assert_eq!(other.code, 2);
-    assert!(other.err.contains("it does not begin as a file of MCAP"), "{}", other.err);
+    assert!(other.err.contains("it does not begin like an MCAP file"), "{}", other.err);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -143,7 +143,7 @@ async fn a_download_that_fails_leaves_nothing_and_no_table_overwrites_the_record
     let file = here.path().join("run.mcap");
     let before = std::fs::read(&file).unwrap();
     let again = daemon.shell(download, here.path()).await;
-    assert!(again.code == 1 && again.err.contains("a file is there already"), "{again:?}");
+    assert!(again.code == 1 && again.err.contains("the file already exists"), "{again:?}");
     let table = daemon.shell("simctl record export run.mcap --csv ./run.mcap", here.path()).await;
     assert!(table.code == 1 && table.err.contains("would overwrite the recording"), "{table:?}");
     for to in ["--csv run.csv", "--ros2 bag"] {

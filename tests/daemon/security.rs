@@ -36,7 +36,7 @@ async fn the_documented_lines_make_a_daemon_that_only_those_with_a_token_reach()
     assert!(listed.out.contains("ROBOT") || listed.out.contains("no robots"), "{}", listed.out);
     let environment = client.lines().find(|line| line.starts_with("export")).unwrap();
     let paused = shell(&home, &format!("{environment}; simctl sim pause")).await;
-    assert!(paused.code == 71 && paused.err.contains("needs an admin"), "{paused:?}");
+    assert!(paused.code == 71 && paused.err.contains("needs the role admin"), "{paused:?}");
     let unknown = shell(&home, &format!("{environment}; SIMD_TOKEN= simctl robot list")).await;
     assert!(unknown.code == 80 && unknown.err.contains("asks for a token"), "{unknown:?}");
     let plain = daemon.endpoint.replace("https", "http");

@@ -160,8 +160,8 @@ async fn a_million_triangles_without_an_area_are_a_sentence_within_a_gigabyte() 
     let grown = peak(&daemon) - before;
     println!("{} bytes of file, {grown} MiB more at one time", content.len());
     let said = warnings(&spawned, "lines.stl");
-    let phrase = "of the collision mesh of 1000000 triangles stands for it and not its triangles, because they have no \
-                  area";
+    let phrase = "of the collision mesh of 1000000 triangles is used instead of its triangles, because they \
+                  have no area";
     assert!(said.len() == 1 && said[0].contains(phrase), "{said:?}");
     assert!(grown < 1_024, "{grown} MiB");
     client.step(10).await.unwrap();

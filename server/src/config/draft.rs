@@ -161,7 +161,8 @@ impl Draft {
             (None, Some(folder)) => (folder.join(format!("{}.simdstate", self.config.name)), true),
             (None, None) => {
                 return Err(
-                    "there is no home for the autosave: give autosave.file, or set XDG_STATE_HOME".into()
+                    "there is no home directory for the autosave: give autosave.file, or set XDG_STATE_HOME"
+                        .into(),
                 );
             }
         };

@@ -42,7 +42,7 @@ pub(super) fn apply(
         let Some(index) = said.iter().position(|(name, _)| *name == variable) else { continue };
         let (name, value) = said.swap_remove(index);
         let origin = Origin::Variable(name);
-        let text = value.to_str().ok_or_else(|| origin.mistake("it is no UTF-8"))?;
+        let text = value.to_str().ok_or_else(|| origin.mistake("it is not UTF-8"))?;
         let value = key.parse(text).map_err(|sentence| origin.mistake(&format!("it {sentence}")))?;
         draft.set(key, value, origin)?;
     }
@@ -54,7 +54,7 @@ pub(super) fn apply(
     said.sort();
     match said.iter().find_map(|(name, _)| Some((name, of_table(name)?))) {
         Some((name, (table, _))) => Err(Origin::Variable(name.clone()).mistake(&format!(
-            "it is no key of the configuration; those of {table} are {}",
+            "it is not a key of the configuration; the keys of {table} are {}",
             super::file::names(table).join(", ")
         ))),
         None => Ok(()),

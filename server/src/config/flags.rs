@@ -168,7 +168,7 @@ impl Flags {
         for said in self.matches.get_many::<String>("set").into_iter().flatten() {
             let origin = Origin::Flag("--set".into());
             let (path, text) =
-                said.split_once('=').ok_or_else(|| origin.mistake(&format!("{said:?} is no KEY=VALUE")))?;
+                said.split_once('=').ok_or_else(|| origin.mistake(&format!("{said:?} is not KEY=VALUE")))?;
             let key = keys::find(path.trim()).ok_or_else(|| {
                 origin.mistake(&format!("there is no key {path:?}; `simd config default` prints all"))
             })?;

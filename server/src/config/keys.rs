@@ -29,27 +29,28 @@ pub(super) const TABLES: [(&str, &str); 12] = [
         "tls",
         "The certificate of gRPC, gRPC-Web and the page, as PEM. `simd tls init` makes one; SIGHUP reads it again.",
     ),
-    ("zenoh", "How the daemon is reached over Zenoh."),
-    ("ros2", "A node on a graph of ROS 2 whose middleware is `rmw_zenoh`: see ros2.md."),
-    ("physics", "The world as it starts."),
+    ("zenoh", "Addresses and limits of the daemon on Zenoh."),
+    ("ros2", "The daemon as a node of ROS 2 with the middleware `rmw_zenoh`: see ros2.md."),
+    ("physics", "Settings of the world at its start."),
     (
         "autosave",
-        "The world in a file, written as it runs and when the daemon drains, to continue from there: see operations.md.",
+        "Saves the world to a file while it runs and when the daemon drains, so that a later start can \
+         continue from there: see operations.md.",
     ),
     (
         "realtime",
-        "Requests of the physics thread to the system, on Linux, and the number of threads of a step. A refused request is a \
-         sentence in the log; the daemon runs without it.",
+        "Settings of the physics thread that the system must allow (Linux), and the number of threads of a \
+         step. If the system refuses one, the log says so, and the daemon runs without it.",
     ),
     ("limits", "Limits of a description and its meshes: see urdf.md."),
     ("service", "Limits of the daemon's memory and of requests: see daemon.md."),
     (
         "clients",
-        "Shares of one client, which leave room for others. A client is the owner of a token. Without tokens it is an IPv4 \
-         address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a connection. Things that it made \
-         count while they exist.",
+        "Limits of one client, so that others have room. A client is the owner of a token. Without tokens it \
+         is an IPv4 address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a \
+         connection. Its parameters, saved states and claims count while they exist.",
     ),
-    ("recording", "Runs as files, which clients start and stop: see recording.md."),
+    ("recording", "Recordings of the world in files, which clients start and stop: see recording.md."),
     ("connections", "Connections of gRPC, gRPC-Web and the page: see daemon.md."),
 ];
 
@@ -305,10 +306,11 @@ fn realtime() -> Vec<Key> {
         .example("[2, 3]"),
         Key::new(
             "realtime.threads",
-            "number of threads for a step's robots that do not touch each other, including the physics thread; \
-             the others get its priority and processors, and keep their processors busy during a step. 0: one \
-             less than the processors, or all of `processors` if given; at most 4. With a priority and a thread \
-             for each processor, clients get no time while the world runs as fast as possible (pace `max`)",
+            "number of threads of a step, including the physics thread; robots that do not touch each other \
+             are shared among them. The other threads get its priority and processors, and keep their \
+             processors busy during a step. 0: all of `processors`, else one less than the processors; at \
+             most 4. With a priority and a thread for each processor, clients get no time while the pace is \
+             `max`",
             Access::Count(0..=MOST_STEP_THREADS, |draft| &mut draft.config.driver.step_threads),
         ),
         Key::new(
@@ -343,8 +345,9 @@ fn autosave() -> Vec<Key> {
         .flag("autosave"),
         Key::new(
             "autosave.file",
-            "where the world is saved. It is written beside and renamed. Left out: `NAME.simdstate` in `$STATE_DIRECTORY`, as \
-             services have it, or in `$XDG_STATE_HOME/simd`, else in `~/.local/state/simd`; the daemon makes the folder",
+            "file of the saved world, which is replaced as a whole. Left out: `NAME.simdstate` in \
+             `$STATE_DIRECTORY`, as services have it, or in `$XDG_STATE_HOME/simd`, else in \
+             `~/.local/state/simd`; the daemon makes the folder",
             Access::File(|draft| &mut draft.autosave_file),
         )
         .example("\"/var/lib/simd/autosave.simdstate\""),

@@ -104,7 +104,7 @@ impl Ros2 {
         if self.enabled && !is_near && !insecure {
             return Err(format!(
                 "the router of ROS 2 at {} is on another machine, and ROS 2 has no tokens: anyone who reaches it commands the \
-                 robots; say --insecure, or have a router on this machine",
+                 robots; use --insecure, or run a router on this machine",
                 self.router
             ));
         }
@@ -114,7 +114,7 @@ impl Ros2 {
         match zenoh.listens_on().iter().find(|own| port(own) == port(&self.router)) {
             Some(own) => Err(format!(
                 "the router of ROS 2 is at {}, and the daemon's own Zenoh is to listen at {own}: give it another place \
-                 with --zenoh tcp/127.0.0.1:7448, or do without by --zenoh off",
+                 with --zenoh tcp/127.0.0.1:7448, or disable Zenoh with --zenoh off",
                 self.router
             )),
             None => Ok(()),

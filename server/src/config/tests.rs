@@ -246,7 +246,7 @@ fn a_mistake_in_a_variable_names_it() {
         (
             "SIMD_PHYSICS_TIMESTEP",
             "1",
-            "SIMD_PHYSICS_TIMESTEP: it is no key of the configuration; those of physics",
+            "SIMD_PHYSICS_TIMESTEP: it is not a key of the configuration; the keys of physics",
         ),
         ("SIMD_INSECURE", "maybe", "SIMD_INSECURE: it must be true or false"),
         ("SIMD_LISTEN", "0.0.0.0:1", "SIMD_LISTEN: 0.0.0.0:1 can be reached from other machines"),
@@ -374,8 +374,8 @@ fn mistakes_about_ros_2_name_the_key() {
         ("[ros2]\nrate = nan", "ros2.rate is NaN"),
         ("[ros2]\ndomain_id = 233", "ros2.domain_id is 233"),
         ("[ros2]\nnamespace = \"lab\"", "ros2.namespace is \"lab\""),
-        ("[ros2]\nrouter = \"localhost\"", "is no Zenoh locator"),
-        ("[ros2]\nrouter = '\"tcp/127.0.0.1:7447\"'", "is no Zenoh locator"),
+        ("[ros2]\nrouter = \"localhost\"", "is not a Zenoh locator"),
+        ("[ros2]\nrouter = '\"tcp/127.0.0.1:7447\"'", "is not a Zenoh locator"),
         ("[ros2]\ndistro = \"foxy\"", "foxy"),
     ] {
         let sentence = file_mistake(text);

@@ -71,7 +71,7 @@ impl Zenoh {
     pub(super) fn set_listen(&mut self, locators: Vec<String>) -> Result<(), String> {
         if locators.iter().any(|locator| locator == "off") {
             if locators.len() > 1 {
-                return Err("zenoh is off and listens elsewhere; say one of the two".into());
+                return Err("zenoh is `off`, and has other locators; give only one of the two".into());
             }
             self.enabled = false;
             return Ok(());
@@ -111,7 +111,7 @@ pub(super) fn check_locator(locator: &str) -> Result<(), String> {
     if is_one {
         return Ok(());
     }
-    Err(format!("{locator:?} is no Zenoh locator; it must be like tcp/127.0.0.1:7447"))
+    Err(format!("{locator:?} is not a Zenoh locator; it must be like tcp/127.0.0.1:7447"))
 }
 
 /// Returns whether only this machine reaches the locator.

@@ -121,7 +121,7 @@ fn explained(path: &Path, error: io::Error) -> io::Error {
             "another process listens there; end that, or name another path".to_owned()
         }
         io::ErrorKind::AddrInUse => {
-            "what is there is no socket, and stays; delete it, or name another path".to_owned()
+            "the path exists and is not a socket; delete it, or name another path".to_owned()
         }
         _ if length > LONGEST_PATH => {
             format!(
@@ -226,7 +226,7 @@ mod tests {
         std::fs::create_dir(folder.path().join("simd.sock")).unwrap();
         assert_eq!(
             refused("simd.sock"),
-            "what is there is no socket, and stays; delete it, or name another path"
+            "the path exists and is not a socket; delete it, or name another path"
         );
     }
 

@@ -113,8 +113,8 @@ fn check(request: &Request<Body>, hosts: &Hosts) -> Result<(), String> {
     if !hosts.allow(&host) {
         let name = without_port(&host);
         return Err(format!(
-            "the daemon is not asked for as {name:?}: use its address or localhost, or start it with \
-             --allow-host {name}\n"
+            "the daemon does not serve the host name {name:?}: use its address or localhost, or start it \
+             with --allow-host {name}\n"
         ));
     }
     let Some(origin) = single(request.headers(), header::ORIGIN)? else { return Ok(()) };
@@ -123,7 +123,7 @@ fn check(request: &Request<Body>, hosts: &Hosts) -> Result<(), String> {
     if authority.is_some_and(|authority| with_port(authority, &site) == with_port(&host, &site)) {
         return Ok(());
     }
-    Err(format!("a page of {origin:?} may not ask the daemon at {host:?}\n"))
+    Err(format!("a page from {origin:?} must not call the daemon at {host:?}\n"))
 }
 
 /// Returns the client's name of the daemon in lower case: `Host`, or its equivalent in HTTP/2.
@@ -131,15 +131,15 @@ fn host(request: &Request<Body>) -> Result<String, String> {
     let said = single(request.headers(), header::HOST)?;
     let authority = request.uri().authority().map(|authority| authority.as_str());
     let host = said.or(authority).filter(|host| !host.is_empty());
-    host.map(str::to_ascii_lowercase).ok_or_else(|| "the request does not say its Host\n".to_owned())
+    host.map(str::to_ascii_lowercase).ok_or_else(|| "the request has no Host header\n".to_owned())
 }
 
 /// Returns a header that may occur once.
 fn single(headers: &HeaderMap, name: HeaderName) -> Result<Option<&str>, String> {
     let mut values = headers.get_all(&name).iter();
     let (first, second) = (values.next(), values.next());
-    let text = first.map(|value| value.to_str().map_err(|_| format!("{name} is no text\n"))).transpose()?;
-    if second.is_some() { Err(format!("{name} is there twice\n")) } else { Ok(text) }
+    let text = first.map(|value| value.to_str().map_err(|_| format!("{name} is not text\n"))).transpose()?;
+    if second.is_some() { Err(format!("{name} is given twice\n")) } else { Ok(text) }
 }
 
 /// Adds the scheme's default port, if it is left out.

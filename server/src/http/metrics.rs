@@ -111,9 +111,13 @@ impl Scrape {
         let statistics = self.0.statistics_at(&newest);
         let (duration, lateness) = self.0.step_times();
         families.histogram("simd_step_duration", "Wall time that steps took to compute.", &duration)?;
-        families.histogram("simd_step_lateness", "How long after their time steps began.", &lateness)?;
+        families.histogram(
+            "simd_step_lateness",
+            "Delay of steps: time from when a step was due to its start.",
+            &lateness,
+        )?;
         families.counter("simd_steps", "Steps since the start.", statistics.iterations)?;
-        families.counter("simd_overruns", "How often lag was dropped.", statistics.overruns)?;
+        families.counter("simd_overruns", "Number of times that lag was dropped.", statistics.overruns)?;
         let dropped = "Lag that was dropped: how far the world is behind a clock that never waited.";
         families.seconds_counter("simd_dropped_lag", dropped, statistics.dropped_lag)?;
         let factor = "Simulated seconds to a wall second, over about the last second of playing.";
@@ -124,13 +128,13 @@ impl Scrape {
             [("playing", RunState::Playing), ("paused", RunState::Paused), ("stopped", RunState::Stopped)];
         families.gauges(
             "simd_simulation_state",
-            "1 for the state that the world is in.",
+            "1 for the current state of the world, 0 for the others.",
             states.map(|(name, state)| ([("state", name)], f64::from(u8::from(state == statistics.state)))),
         )?;
         families.gauge("simd_robots", "Robots in the world.", newest.state.world.entities.len() as f64)?;
-        families.gauge("simd_contacts", "Points where links touch.", newest.state.contacts.len() as f64)?;
-        families.gauge("simd_saved_states", "States to go back to.", newest.state.saved.len() as f64)?;
-        families.gauge("simd_claims", "Claims that hold.", self.0.claim_count() as f64)?;
+        families.gauge("simd_contacts", "Contact points.", newest.state.contacts.len() as f64)?;
+        families.gauge("simd_saved_states", "Saved states.", newest.state.saved.len() as f64)?;
+        families.gauge("simd_claims", "Claims in force.", self.0.claim_count() as f64)?;
         families.gauge(
             "simd_parameters",
             "Sliders and buttons.",
@@ -170,7 +174,7 @@ impl Scrape {
         ];
         families.counters(
             "simd_refused_unanswered",
-            "What was refused without an answer that says why.",
+            "Refusals without an answer to the client, by reason.",
             unanswered.map(|(what, count)| ([("what", what)], count.load(Ordering::Relaxed))),
         )?;
         let wrong = self.0.access().wrong_tokens();
@@ -179,19 +183,15 @@ impl Scrape {
             [("method", of.method), ("transport", of.transport.name())]
         };
         let open = calls.iter().filter(|of| of.streams > 0).map(|of| (labels(of), of.streams as f64));
-        families.gauges("simd_streams", "Streams that go on.", open)?;
+        families.gauges("simd_streams", "Open streams.", open)?;
         let took = "Wall time until calls were answered; until the first answer of streams.";
         families.histograms("simd_call_duration", took, calls.iter().map(|of| (labels(of), &of.duration)))
     }
 
     fn uploads_and_answers(&self, families: &mut Families<'_>) -> fmt::Result {
         let (uploads, bytes) = self.0.loader().uploads_under_way();
-        families.gauge(
-            "simd_uploads",
-            "Uploads of which a part has come and not the rest.",
-            uploads as f64,
-        )?;
-        let help = "Bytes of these uploads that have come.";
+        families.gauge("simd_uploads", "Uploads in progress.", uploads as f64)?;
+        let help = "Received bytes of these uploads.";
         families.gauge_of("simd_upload", help, Some(&Unit::Bytes), bytes as f64)?;
         let help = "Bytes of answers that clients have yet to read.";
         let unread = self.0.unread_answers().bytes();
@@ -202,11 +202,11 @@ impl Scrape {
 /// Writes the system's facts about the process, under Prometheus's names. Unreadable ones are left out.
 fn of_process(families: &mut Families<'_>) -> fmt::Result {
     if let Some(bytes) = process::heap_bytes() {
-        let help = "Memory that is allocated and not freed.";
+        let help = "Allocated memory of the process.";
         families.gauge_of("simd_heap", help, Some(&Unit::Bytes), bytes as f64)?;
     }
     if let Some(bytes) = process::resident_bytes() {
-        let help = "Memory that the process has.";
+        let help = "Resident memory of the process.";
         families.gauge_of("process_resident_memory", help, Some(&Unit::Bytes), bytes as f64)?;
     }
     if let Some(files) = process::open_files() {
@@ -217,7 +217,7 @@ fn of_process(families: &mut Families<'_>) -> fmt::Result {
         line.split_whitespace().next()?.parse::<f64>().ok()
     });
     if let Some(limit) = limit {
-        families.gauge("process_max_fds", "How many may be open.", limit)?;
+        families.gauge("process_max_fds", "Maximum number of open files.", limit)?;
     }
     let busy = fs::read_to_string("/proc/self/stat").ok().and_then(|text| {
         // The name before it is in brackets, and may contain spaces.

@@ -123,7 +123,7 @@ fn mode(mode: Mode) -> &'static str {
 pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path<String>) -> Response<Body> {
     let newest = page.handle.newest();
     let Some((_, entity)) = newest.state.entity(&robot) else {
-        let sentence = format!("there is no robot {robot:?} in this world; /robots has those there are\n");
+        let sentence = format!("there is no robot {robot:?} in this world; /robots lists them\n");
         return (StatusCode::NOT_FOUND, sentence).into_response();
     };
     let meshes = addresses(entity);

@@ -186,10 +186,10 @@ async fn begin(
         return Err("the trajectory has no points".to_owned());
     }
     if goals.find(goal_id).is_some() {
-        return Err("there is a goal of this id".to_owned());
+        return Err("a goal with this id exists".to_owned());
     }
     if !goals.has_room() {
-        return Err(format!("{GOALS} goals are not over yet"));
+        return Err(format!("{GOALS} goals are still active"));
     }
     let joints = wanted.joint_names.clone();
     let mut tolerances = vec![[Tolerance::default(); 2]; joints.len()];

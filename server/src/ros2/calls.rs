@@ -37,7 +37,7 @@ impl Calls {
         S: FnOnce() + Send + 'static,
     {
         let Ok(room) = Arc::clone(&self.room).try_acquire_owned() else {
-            return tracing::debug!("a query of ROS 2 finds no room");
+            return tracing::debug!("a query of ROS 2 is dropped: its queue is full");
         };
         let (work, threads) = (work(), Arc::clone(&self.threads));
         self.runtime.spawn(async move {

@@ -163,10 +163,10 @@ async fn get_entities(handle: SimHandle, request: GetEntitiesRequest) -> GetEnti
 fn selected(handle: &SimHandle, filters: &EntityFilters) -> Answer<Vec<String>> {
     let unsupported = |what: &str| Err(refused(Outcome::RESULT_FEATURE_UNSUPPORTED, what));
     if !filters.categories.is_empty() || !filters.tags.tags.is_empty() {
-        return unsupported("entities have no categories or tags here");
+        return unsupported("categories and tags are not supported");
     }
     if filters.bounds.r#type != Bounds::TYPE_EMPTY {
-        return unsupported("entities are not looked for by bounds here");
+        return unsupported("a search by bounds is not supported");
     }
     let rest = filters.filter.strip_prefix('^');
     let (at_start, text) = (rest.is_some(), rest.unwrap_or(&filters.filter));
@@ -216,7 +216,7 @@ async fn set_state(handle: SimHandle, request: SetEntityStateRequest) -> Answer<
     if set_acceleration {
         return Err(refused(
             Outcome::RESULT_FEATURE_UNSUPPORTED,
-            "an acceleration follows from forces, and is not set",
+            "an acceleration cannot be set: it follows from forces",
         ));
     }
     let pose = match set_pose {
@@ -337,7 +337,7 @@ async fn set_simulation_state(
     let result = match wanted {
         _ if wanted == state_number(handle.newest().statistics.state) => refused(
             SetSimulationStateResponse::ALREADY_IN_TARGET_STATE,
-            "the simulation is in that state already",
+            "the simulation is already in that state",
         ),
         SimulationState::STATE_STOPPED => outcome(handle.set_state(RunState::Stopped).await.map_err(failed)),
         SimulationState::STATE_PLAYING => outcome(handle.set_state(RunState::Playing).await.map_err(failed)),

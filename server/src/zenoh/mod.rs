@@ -54,7 +54,7 @@ pub enum Error {
     /// The session cannot be opened, usually because another process has the port.
     #[error(
         "cannot listen for Zenoh on {locators}: {reason}; choose another with --zenoh tcp/127.0.0.1:PORT (0 \
-         takes a free one), or do without by --zenoh off"
+         takes a free one), or disable Zenoh with --zenoh off"
     )]
     Listen {
         /// Locators as the operator wrote them.
@@ -195,7 +195,7 @@ impl Serving {
         match tokio::time::timeout(CLOSE, self.session.close()).await {
             Ok(Ok(())) => {}
             Ok(Err(error)) => tracing::warn!("the Zenoh session does not close: {error}"),
-            Err(_elapsed) => tracing::warn!("the Zenoh session does not close in time and is left behind"),
+            Err(_elapsed) => tracing::warn!("the Zenoh session did not close in time and was abandoned"),
         }
     }
 }

@@ -200,7 +200,7 @@ impl Calls {
         let key = query.key_expr().as_str();
         let method = keys::parse_rpc(key)
             .and_then(|(service, method)| methods::find(service, method))
-            .ok_or_else(|| Status::unimplemented(format!("`{key}` is no method of simd.v1")))?;
+            .ok_or_else(|| Status::unimplemented(format!("`{key}` is not a method of simd.v1")))?;
         let payload = query.payload().map(|payload| Bytes::from(payload.to_bytes().into_owned()));
         let mut request = Request::new(stream::iter([payload.unwrap_or_default()]));
         copy_headers(query, request.metadata_mut())?;
@@ -236,7 +236,7 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
     let text = String::from_utf8_lossy(&text);
     if let Some(said) = keys::parse_attachment(&text, API_VERSION_HEADER) {
         let refuse =
-            |_| Status::invalid_argument(format!("the attachment's {API_VERSION_HEADER} is no text"));
+            |_| Status::invalid_argument(format!("the attachment's {API_VERSION_HEADER} is not text"));
         metadata.insert(API_VERSION_HEADER, MetadataValue::try_from(said).map_err(refuse)?);
     }
     // Invalid names and tokens are ignored on every transport.
@@ -279,7 +279,7 @@ impl Calls {
         let permit = if is_credit { None } else { self.streams.try_acquire().ok() };
         if permit.is_none() && !is_credit {
             let streams = self.handle.info().limits.zenoh_streams;
-            let message = format!("{streams} streams are under way already; try again");
+            let message = format!("{streams} streams are already in progress; try again");
             return Some(Err(Explained::new(ErrorReason::MailboxFull, message).into()));
         }
         let end = Instant::now() + length;

@@ -124,7 +124,7 @@ async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, mut refusals: R
 async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     let grant = check(handle, sent.attachment.as_ref())?;
     let request: v1::SetJointTargetsRequest = checked::decode(&sent.payload.to_bytes())
-        .map_err(|error| format!("the payload is no SetJointTargetsRequest: {error}"))?;
+        .map_err(|error| format!("the payload is not a SetJointTargetsRequest: {error}"))?;
     let claim = Presented::Id(sent.proven).claim(handle, &request.claim);
     let handle = handle.within(grant.as_deref()).acting_for(claim.map_err(|error| error.to_string())?);
     let mut targets = set_joint_targets(request).map_err(|error| error.to_string())?;

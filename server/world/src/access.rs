@@ -118,7 +118,7 @@ pub enum Denied {
     },
     /// The token is limited to some robots.
     #[error(
-        "the token is for {} alone, and this concerns {}", robots.join(", "),
+        "the token is only for {}, and this call concerns {}", robots.join(", "),
         if *concern == Concern::World { "the whole world".to_owned() } else { concern.to_string() }
     )]
     Robots {
@@ -130,7 +130,7 @@ pub enum Denied {
         concern: Concern,
     },
     /// The role of the token is too low.
-    #[error("the token of {name} is that of {a} {has}, and {method} needs {an} {needed}", a = article(*has), an = article(*needed))]
+    #[error("the token of {name} has the role {has}, and {method} needs the role {needed}")]
     Role {
         /// Name of the token.
         name: String,
@@ -141,13 +141,6 @@ pub enum Denied {
         /// Role that the method requires.
         needed: Role,
     },
-}
-
-fn article(role: Role) -> &'static str {
-    match role {
-        Role::Viewer => "a",
-        Role::Operator | Role::Admin => "an",
-    }
 }
 
 impl Denied {

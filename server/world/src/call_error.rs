@@ -47,7 +47,7 @@ pub enum CallError {
     },
     /// The caller's token is for other robots.
     #[error(
-        "the token is for {} alone, and this concerns {}", allowed.join(", "),
+        "the token is only for {}, and this call concerns {}", allowed.join(", "),
         if robot.is_empty() { "the whole world".to_owned() } else { format!("robot {robot:?}") }
     )]
     RobotNotAllowed {
@@ -66,7 +66,8 @@ pub enum CallError {
     },
     /// The lockstep member does not exist (any more).
     #[error(
-        "there is no such member in lockstep (any more): it left, or did not ask in its time; join again"
+        "this client is not a member of the lockstep: it left, or did not ask for its step in time; join \
+         again"
     )]
     LockstepMemberNotFound,
     /// Only lockstep members may do this.
@@ -89,7 +90,8 @@ pub enum CallError {
     },
     /// The robot that the call loaded was deleted before the answer was made.
     #[error(
-        "robot {robot:?} was loaded at step {step} and is gone again: it was deleted, or the world was reset or restored"
+        "robot {robot:?} was loaded at step {step} and no longer exists: it was deleted, or the world was \
+         reset or restored"
     )]
     GoneAgain {
         /// Name of the robot.
@@ -106,13 +108,13 @@ pub enum CallError {
         report: Box<LoadReport>,
     },
     /// The description was never uploaded, or is no longer stored.
-    #[error("description {sha256} is not kept here; send it again with PrepareDescription")]
+    #[error("description {sha256} is not stored here; send it again with PrepareDescription")]
     DescriptionNotUploaded {
         /// Hash of the description.
         sha256: String,
     },
     /// The file was never uploaded, or is no longer stored.
-    #[error("asset {uri:?} ({sha256}) is not kept here; send it with UploadAsset")]
+    #[error("asset {uri:?} ({sha256}) is not stored here; send it with UploadAsset")]
     AssetNotUploaded {
         /// URI, as the description writes it.
         uri: String,

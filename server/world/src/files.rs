@@ -86,7 +86,7 @@ fn regular(file: File) -> io::Result<File> {
         true => Ok(file),
         false => Err(io::Error::new(
             io::ErrorKind::InvalidInput,
-            "it is no file, but a pipe, a device or a folder",
+            "it is not a file, but a pipe, a device or a folder",
         )),
     }
 }
@@ -106,7 +106,7 @@ mod tests {
         std::os::unix::fs::symlink(path("file"), path("link")).unwrap();
         for name in ["pipe", "."] {
             let refused = open_in(folder.path(), name).unwrap_err();
-            assert!(refused.to_string().starts_with("it is no file"), "{name}: {refused}");
+            assert!(refused.to_string().starts_with("it is not a file"), "{name}: {refused}");
             open(&path(name)).unwrap_err();
         }
         let refused = open_in(folder.path(), "link").unwrap_err();

@@ -88,7 +88,7 @@ pub fn with_reason(status: Status) -> Status {
             Explained::new(ErrorReason::LimitExceeded, message).into()
         }
         Code::Internal | Code::InvalidArgument | Code::Unknown => {
-            let message = because("the request is no message of this schema");
+            let message = because("the request is not a message of this schema");
             Explained::new(ErrorReason::InvalidValue, message).into()
         }
         Code::Unimplemented => {

@@ -31,7 +31,7 @@ fn no_name() -> CallError {
     CallError::InvalidValue {
         element: "the client's name".into(),
         value: "not given".into(),
-        expected: format!("a page must say it, in the header {}", simd_proto::CLIENT_HEADER),
+        expected: format!("a page must give it in the header {}", simd_proto::CLIENT_HEADER),
     }
 }
 

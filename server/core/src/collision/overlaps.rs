@@ -93,7 +93,7 @@ impl Scene {
     }
 }
 
-/// Returns the contact of a shape that moves by `way` with one that is no height field, in the axes of the
+/// Returns the contact of a shape that moves by `way` with one that is not a height field, in the axes of the
 /// latter.
 fn cast_at(placed: &PlacedShape, shape: &dyn Shape, pose: &DPose3, way: DVec3) -> Option<ShapeHit> {
     let theirs = &placed.world_from_shape;

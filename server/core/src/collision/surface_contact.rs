@@ -1,8 +1,8 @@
 //! Contacts of two moving surfaces of triangles: links of one robot whose convex hulls overlap while their meshes are apart.
 //!
 //! A contact holds the two surfaces [`SHELL`] apart. So they do not cross, and each contact has the direction between two nearest points;
-//! surfaces that cross have no such points. Where a fast motion makes them cross all the same, they are moved along the direction in which
-//! their common volume shrinks fastest.
+//! surfaces that cross have no such points. If a fast motion still makes them cross, they are moved along the direction in which their common
+//! volume shrinks fastest.
 
 use glamx::{DPose3, DVec3};
 
@@ -20,7 +20,7 @@ const MOST_NEAR: usize = 512;
 /// Near points are a contact if neither has a nearer one on the other surface, but for this part of their distance.
 const NEARER: f64 = 0.05;
 
-/// The same at the least, metres.
+/// Minimum of that difference, metres.
 const LEAST_NEARER: f64 = 1e-7;
 
 /// The part of a distance that is shown as a bound below it: to show all of it takes longer.

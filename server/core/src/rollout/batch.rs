@@ -273,7 +273,7 @@ impl Worker {
         let disabled = |kind: EventKind| match kind {
             EventKind::EntityDisabled { robot, reason } => {
                 // The rest describes what a world does with the robot.
-                let what = reason.split_once("; the robot was put back").map_or(&*reason, |(what, _)| what);
+                let what = reason.split_once("; the robot was restored").map_or(&*reason, |(what, _)| what);
                 Some(format!("robot {robot:?}: {what}"))
             }
             _ => None,

@@ -209,7 +209,8 @@ impl ControlPlan {
         let Some(index) = memory.values.iter().position(is_beyond) else { return Ok(()) };
         let what = format!("the target of joint {:?} in step {step}", self.joints[index]);
         let expected = format!(
-            "it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}: look at the feedback's gains"
+            "it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}: check the gains of the \
+             feedback"
         );
         Err(refuse(what, memory.values[index], expected))
     }

@@ -152,7 +152,7 @@ fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
         moderate("has a frame with a coordinate", frame.translation.to_array())?;
         if let Some((robot, link)) = *link {
             let robot = robots.get(robot).filter(|robot| link < robot.model.links.len());
-            let robot = robot.ok_or("is on a link that is not there")?;
+            let robot = robot.ok_or("is on a link that does not exist")?;
             if matches!(kind, ConstraintKind::Gear { .. }) && !has_axis(robot, link) {
                 return Err("is a gear of a joint that has not one axis".into());
             }

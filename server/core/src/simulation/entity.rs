@@ -230,8 +230,9 @@ impl Entity {
         self.settle_setpoints();
         self.body.forget_last_step();
         let reason: Arc<str> = format!(
-            "the state of {culprit} was not finite, or beyond {LARGEST_STATE:e}, after a step; the robot was put back to the state \
-             before and taken out of the simulation. Reset it, or look at its masses, gains and time step"
+            "the state of {culprit} was not finite, or beyond {LARGEST_STATE:e}, after a step; the robot was \
+             restored to the state before and disabled. Reset it, or check its masses and gains and the time \
+             step"
         )
         .into();
         self.state.disabled = Some(Arc::clone(&reason));

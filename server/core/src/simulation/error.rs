@@ -136,7 +136,7 @@ pub enum Error {
         holder: String,
     },
     /// The claim does not exist.
-    #[error("there is no such claim: it was released, it lapsed, or another took over")]
+    #[error("this claim does not exist: it was released, it expired, or another client took over")]
     ClaimNotFound,
     /// The constraint does not exist.
     #[error("there is no constraint {constraint:?} in this world; {}", list_known("constraints", .known))]

@@ -144,7 +144,7 @@ impl std::fmt::Display for TrajectoryEnd {
         let mut violated = |what: &str, Violation { joint, quantity, error, tolerance }: &Violation| {
             write!(
                 f,
-                "the {quantity} of joint {joint:?} is {error:.6} from {what}, and {tolerance} is its tolerance"
+                "the {quantity} of joint {joint:?} is {error:.6} from {what}; its tolerance is {tolerance}"
             )
         };
         match self {
@@ -313,7 +313,7 @@ impl ActiveTrajectory {
 /// index of the point.
 pub(super) fn check_points(points: &[TrajectoryPoint], joints: usize) -> Result<(), (String, usize)> {
     if points.is_empty() || points.len() > MAX_POINTS {
-        return Err((format!("there are {} points; 1 to {MAX_POINTS} can be", points.len()), 0));
+        return Err((format!("there are {} points; there must be 1 to {MAX_POINTS}", points.len()), 0));
     }
     if points.len().saturating_mul(joints) > MAX_NUMBERS {
         return Err((format!("{} points of {joints} joints are too many", points.len()), 0));

@@ -195,8 +195,8 @@ fn service() -> Vec<Key> {
         count(
             "service.unread_bytes",
             16 << 20..=MANY,
-            "bytes of answers that clients have yet to read, on all transports; a connection may have a third, \
-             and a client as many as are free",
+            "bytes of answers that clients have yet to read, on all transports. A connection may have a \
+             third, and a client as many as are free",
             |draft| &mut draft.config.limits.unread_bytes,
         ),
         count(

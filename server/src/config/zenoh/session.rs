@@ -129,21 +129,22 @@ impl Zenoh {
             if value(&format!("scouting/{found}/enabled"))? == true {
                 return Err(format!(
                     "scouting.{found} joins whatever it finds on the network, and anyone there commands the robots: switch it \
-                     off, or say --insecure"
+                     off, or use --insecure"
                 ));
             }
         }
         if let Some(locator) = elsewhere("listen/endpoints")?.iter().find(|locator| !is_closed(locator)) {
             return Err(format!(
                 "{locator} can be reached from other machines: give --tokens, --tls-certificate, --tls-key and \
-                 --tls-client-authorities, and listen on tls/ADDRESS:PORT; or listen on tcp/127.0.0.1:7447, or say \
-                 --insecure, with which anyone who reaches it reads its states"
+                 --tls-client-authorities, and listen on tls/ADDRESS:PORT; or \
+                 listen on tcp/127.0.0.1:7447, or use --insecure, with which anyone who reaches it reads its \
+                 states"
             ));
         }
         match elsewhere("connect/endpoints")?.iter().find(|locator| !is_private(locator)) {
             Some(locator) => Err(format!(
                 "the router {locator} is on another machine, and anyone who reaches it commands the robots: give --tokens, \
-                 and connect to tls/ADDRESS:PORT; or say --insecure"
+                 and connect to tls/ADDRESS:PORT; or use --insecure"
             )),
             None => Ok(()),
         }
@@ -164,10 +165,10 @@ fn read(path: &Path) -> Result<Value, String> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
     let settings: Value = json5::from_str(&text)
-        .map_err(|error| format!("{} is no JSON5: {}", path.display(), one_line(&error.to_string())))?;
+        .map_err(|error| format!("{} is not JSON5: {}", path.display(), one_line(&error.to_string())))?;
     match settings {
         Value::Object(_) => Ok(settings),
-        _ => Err(format!("{} is no set of settings; it must be a JSON5 object", path.display())),
+        _ => Err(format!("{} is not a JSON5 object", path.display())),
     }
 }
 

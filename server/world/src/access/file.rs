@@ -108,7 +108,7 @@ fn entries(path: &Path) -> Result<(Vec<TokenEntry>, Version), String> {
         return Err(of_file("it is empty; `simctl token add` writes one".to_owned()));
     }
     let bytes = files::read(file, MAX_BYTES).map_err(unreadable)?;
-    let text = String::from_utf8(bytes).map_err(|_| of_file("it is no text".to_owned()))?;
+    let text = String::from_utf8(bytes).map_err(|_| of_file("it is not text".to_owned()))?;
     Ok((parse_tokens(&text).map_err(of_file)?, version(&metadata)))
 }
 

@@ -46,7 +46,7 @@ fn a_token_allows_its_role_and_those_below() {
     let refused = access.check(Some(&text), Role::Admin, "DeleteEntity").unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "the token of alice is that of an operator, and DeleteEntity needs an admin"
+        "the token of alice has the role operator, and DeleteEntity needs the role admin"
     );
     assert_eq!(access.check(None, Role::Viewer, "Method").unwrap_err(), Denied::Missing);
     assert_eq!(access.check(Some(""), Role::Viewer, "Method").unwrap_err(), Denied::Missing);
@@ -64,7 +64,7 @@ fn what_is_no_file_is_not_waited_for() {
     fs::create_dir(&path).unwrap();
     access.look();
     access.check(Some(&text), Role::Viewer, "Method").unwrap();
-    assert!(Access::from_file(path).unwrap_err().contains("it is no file"));
+    assert!(Access::from_file(path).unwrap_err().contains("it is not a file"));
 }
 
 #[test]

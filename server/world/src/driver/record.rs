@@ -28,10 +28,7 @@ impl<W: World> Driver<W> {
         // ends.
         if end == RecorderQueueEnd::Full {
             let recording = queue.name.to_string();
-            let message =
-                "what waits to be written fills the memory that it may take: the disk is slower than the \
-                           world"
-                    .to_owned();
+            let message = "its buffer is full: the disk is slower than the world".to_owned();
             tracing::error!(recording, "the recording ends: {message}");
             let (at, cause) = (self.world.now(), RecordingEnd::TooSlow);
             self.log(LogEvent::RecordingEnded { at, recording, cause, message });

@@ -231,7 +231,7 @@ impl Entry {
         let reused =
             |how: &str| Err(CallError::RequestIdReused { id: request.id.clone(), how: how.to_owned() });
         if self.request.digest != request.digest {
-            return reused("is that of another request; send a new id with each new request");
+            return reused("was used by another request; send a new id with each new request");
         }
         let is_same_peer = self.request.peer.is_some() && self.request.peer == request.peer;
         if self.request.is_secret && !is_same_peer {

@@ -131,7 +131,7 @@ impl Partials {
         let Some(partial) = self.by_hash.get(sha256) else {
             return Err(mismatch(format!(
                 "the part at {offset} continues an upload that is not under way (abandoned ones are \
-                 forgotten); begin anew at 0"
+                 forgotten); start again at 0"
             )));
         };
         if partial.total != total {

@@ -16,7 +16,7 @@ const SELF_COLLISION: &str = "self_collision";
 pub(super) fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: &mut LoadReport) {
     for absent in model.setup.partners().difference(names) {
         let message =
-            format!("constraints on {absent:?} are left out: that robot does not come at the same moment");
+            format!("constraints on {absent:?} are left out: that robot is not loaded by the same call");
         report.findings.push(Finding {
             severity: Severity::Warning,
             disposition: Disposition::Ignored,
@@ -50,35 +50,35 @@ pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadRepo
                 Severity::Warning,
                 Disposition::Ignored,
                 format!(
-                    "{mesh} is not taken apart, because it is flat or has more than 100000 triangles: its convex \
-                     hull stands for it; {error}"
+                    "{mesh} is not divided into convex parts, because it is flat or has more than 100000 \
+                     triangles: its convex hull is used instead; {error}"
                 ),
             ),
             ProxyShape::Hull if *asked == MeshShapes::Mesh && *is_fixed => (
                 Severity::Warning,
                 Disposition::Ignored,
                 format!(
-                    "the convex hull of {mesh} stands for it and not its triangles, because they have no area or the \
-                     robot's are more than 1000000; {error}"
+                    "the convex hull of {mesh} is used instead of its triangles, because they have no area \
+                     or the robot's are more than 1000000; {error}"
                 ),
             ),
             ProxyShape::Hull if *is_measured => (
                 Severity::Info,
                 Disposition::Used,
                 format!(
-                    "the convex hull of {mesh} stands for it; {error}, so other links of this robot touch its triangles \
-                     and not the hull"
+                    "the convex hull of {mesh} is used instead; {error}, so other links of this robot touch \
+                     its triangles and not the hull"
                 ),
             ),
             ProxyShape::Hull => (
                 Severity::Info,
                 Disposition::Used,
-                format!("the convex hull of {mesh} stands for it; {error}"),
+                format!("the convex hull of {mesh} is used instead; {error}"),
             ),
             ProxyShape::Parts(count) => (
                 Severity::Info,
                 Disposition::Used,
-                format!("{} of {mesh} stand for it; {error}", counted(*count, "convex part")),
+                format!("{} of {mesh} are used instead; {error}", counted(*count, "convex part")),
             ),
         };
         if report.at_least(severity).filter(|finding| finding.severity == severity).count() < most {

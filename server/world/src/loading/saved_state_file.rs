@@ -137,7 +137,7 @@ impl Content {
             }
         }
         world.robots = robots.into_iter().map(|robot| robot.state).collect();
-        Saved::new(world, made).map_err(|why| invalid(format!("the saved state cannot be: {why}")))
+        Saved::new(world, made).map_err(|why| invalid(format!("the saved state is not valid: {why}")))
     }
 
     /// Encodes the content, without a header.
@@ -256,7 +256,7 @@ pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     }
     let Some((hash, rest)) = rest.split_first_chunk::<32>() else { return Err(damaged("it ends early")) };
     if Sha256::of(rest) != Sha256(*hash) {
-        return Err(damaged("what is in it does not have the hash that its header says"));
+        return Err(damaged("its content does not match the hash in its header"));
     }
     let split = rest.split_first_chunk::<2>();
     let release = split.and_then(|(len, rest)| rest.split_at_checked(u16::from_le_bytes(*len).into()));

@@ -110,7 +110,7 @@ impl Loader {
             let loader = &check.loader;
             let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
             if found != sha256 {
-                let message = format!("the file has the hash {found}, not {sha256}; send it anew");
+                let message = format!("the file has the hash {found}, not {sha256}; send it again");
                 return Err(CallError::UploadMismatch { message });
             }
             loader.insert(sha256, bytes)?;
@@ -270,7 +270,7 @@ impl Loader {
 }
 
 fn nothing_read() -> CallError {
-    CallError::Internal { message: "a description was read as no robot".into() }
+    CallError::Internal { message: "a description was refused".into() }
 }
 
 /// Files by URI.

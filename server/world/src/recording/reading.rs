@@ -61,7 +61,7 @@ impl<R: Read> Recording<R> {
         let mut reader = Reader::new(input, ReadLimits::default())?;
         let foreign = || {
             Unreadable::Foreign(format!(
-                "it is no recording of simd: it does not begin with the metadata {METADATA}"
+                "it is not a recording of simd: it does not begin with the metadata {METADATA}"
             ))
         };
         let metadata = match reader.next()? {
@@ -102,7 +102,7 @@ impl<R: Read> Recording<R> {
     fn part(&mut self, part: v1::RecordedFile) -> Result<(), CallError> {
         let v1::RecordedFile { sha256, total_bytes, offset, data } = part;
         let name: String = sha256.chars().take(64).collect();
-        let sha256 = Sha256::parse(&sha256).ok_or_else(|| invalid(&format!("{name:?} is no SHA-256")))?;
+        let sha256 = Sha256::parse(&sha256).ok_or_else(|| invalid(&format!("{name:?} is not a SHA-256")))?;
         if self.files.contains_key(&sha256) {
             return Ok(());
         }

@@ -83,7 +83,7 @@ impl Due {
 /// simulated time is not later. `open` opens the file for each pass.
 ///
 /// # Errors
-/// Returns a sentence if it is not a recording, or has no world to begin with.
+/// Returns a sentence if it is not a recording, or has no world to start from.
 pub async fn replay<R: Read>(
     open: impl FnMut() -> std::io::Result<R>,
     from: Option<f64>,
@@ -148,8 +148,8 @@ fn world_before(input: impl Read, from: f64) -> Result<usize, String> {
         count += 1;
     }
     before.ok_or_else(|| match first {
-        Some(first) => format!("no world in it is before {from} s: the first is at {first} s"),
-        None => "it has no world to begin with".to_owned(),
+        Some(first) => format!("it has no world before {from} s; the first is at {first} s"),
+        None => "it has no world to start from".to_owned(),
     })
 }
 
@@ -218,7 +218,7 @@ impl<R: Read> Run<R> {
         }
         match (self.world, &self.replayed.damaged) {
             (None, Some(damaged)) => Err(damaged.clone()),
-            (None, None) => Err("it has no world to begin with".to_owned()),
+            (None, None) => Err("it has no world to start from".to_owned()),
             (Some(_), _) => Ok(self.replayed),
         }
     }
@@ -272,7 +272,7 @@ impl<R: Read> Run<R> {
     fn wait(&mut self, due: Due) -> Result<bool, CallError> {
         let latest = self.due.back().map_or(self.done, Due::steps);
         if due.steps() < latest {
-            return Err(invalid("what was recorded is not in its order"));
+            return Err(invalid("its entries are out of order"));
         }
         self.due_bytes = self.due_bytes.saturating_add(due.bytes());
         if self.due_bytes > WAITING_BYTES {
@@ -288,7 +288,7 @@ impl<R: Read> Run<R> {
             let Some(due) = self.due.pop_front() else { break };
             self.due_bytes = self.due_bytes.saturating_sub(due.bytes());
             if due.steps() != self.done {
-                return Err(invalid(&format!("the steps after {} are lacking", self.done)));
+                return Err(invalid(&format!("the steps after {} are missing", self.done)));
             }
             let goes_on = match due {
                 Due::Command(command) => self.apply(&command).await?,
@@ -335,7 +335,7 @@ impl<R: Read> Run<R> {
         if recorded.steps != self.done {
             // Steps before the first world of the replay.
             let ended = recorded.steps.saturating_add(recorded.fingerprints.len() as u64) <= self.done;
-            let lacking = || invalid(&format!("the steps after {} are lacking", self.done));
+            let lacking = || invalid(&format!("the steps after {} are missing", self.done));
             return if ended { Ok(true) } else { Err(lacking()) };
         }
         for fingerprint in recorded.fingerprints {

@@ -191,7 +191,7 @@ async fn a_run_with_loads_claims_contacts_and_restored_states_comes_to_the_same_
     assert!(came_to.commands > 50, "{}", came_to.commands);
     assert_eq!(
         replayed(&file, Some(-1.0)).await.unwrap_err(),
-        "no world in it is before -1 s: the first is at 0.03 s"
+        "it has no world before -1 s; the first is at 0.03 s"
     );
 }
 
@@ -253,9 +253,9 @@ async fn a_file_that_is_cut_is_replayed_as_far_as_it_goes() {
 #[tokio::test]
 async fn what_is_no_recording_is_refused_in_a_sentence() {
     let refusal = |file: Vec<u8>| async move { replayed(&file, None).await.unwrap_err() };
-    assert_eq!(refusal(b"solid ascii".to_vec()).await, "it does not begin as a file of MCAP");
+    assert_eq!(refusal(b"solid ascii".to_vec()).await, "it does not begin like an MCAP file");
     let writer = simd_mcap::Writer::new(Vec::new(), "ros2", "other").unwrap();
-    assert!(refusal(writer.finish().unwrap()).await.starts_with("it is no recording of simd"));
+    assert!(refusal(writer.finish().unwrap()).await.starts_with("it is not a recording of simd"));
     let mut writer = simd_mcap::Writer::new(Vec::new(), "ros2", "other").unwrap();
     let newer = file::FORMAT + 1;
     let metadata = BTreeMap::from([("format".to_owned(), newer.to_string())]);

@@ -49,7 +49,8 @@ async fn robots_of_one_client_that_wait_to_be_read_leave_room_for_those_of_other
     // This world keeps no robots.
     for one in waiting.into_iter().chain([other]) {
         let gone = end(one).await.unwrap_err();
-        let expected = "robot \"box\" was loaded at step 0 and is gone again: it was deleted, or the world was reset or restored";
+        let expected = "robot \"box\" was loaded at step 0 and no longer exists: it was deleted, or the \
+                        world was reset or restored";
         assert_eq!(gone.message(), expected);
     }
 }

@@ -126,7 +126,7 @@ impl Simulation {
         others.try_for_each(|other| self.entities[other].allow(claim))
     }
 
-    /// A constraint that is not there is refused by what the command does.
+    /// A constraint that does not exist is refused by what the command does.
     fn allow_constraint(&self, name: &str, claim: Option<ClaimId>) -> Result<(), Error> {
         let Ok(constraint) = self.constraint_index(name) else { return Ok(()) };
         let mut robots = self.constraints.list[constraint].definition.robots();

@@ -165,7 +165,7 @@ fn new_state(joint: &JointReset, is_spherical: bool) -> Result<NewState, Error> 
             Ok(NewState::Axis(position, check::moderate("velocity", joint.velocity)?))
         }
         (Some(_), true) if joint.axis != 0 => {
-            Err(check::refuse("axis", joint.axis, "a spherical joint is put as a whole: it must be 0"))
+            Err(check::refuse("axis", joint.axis, "a spherical joint is set as a whole: it must be 0"))
         }
         (Some(reset), true) => {
             let orientation = check::orientation("spherical.orientation", reset.orientation)?;
@@ -177,7 +177,7 @@ fn new_state(joint: &JointReset, is_spherical: bool) -> Result<NewState, Error> 
         (None, true) => Err(check::refuse(
             "position",
             joint.position,
-            "a spherical joint is put at an orientation: give `spherical`",
+            "a spherical joint is set to an orientation: give `spherical`",
         )),
         (Some(_), false) => {
             Err(check::refuse("spherical", "an orientation", "the joint is not spherical: give a position"))

@@ -80,7 +80,7 @@ impl Check<'_> {
             check_target(target).map_err(within)?;
             let is_spherical = entity.is_spherical(joint);
             if is_spherical && *axis != 0 {
-                let expected = "a spherical joint has targets as a whole: it must be 0";
+                let expected = "a spherical joint takes targets as a whole: it must be 0";
                 return Err(within(check::refuse("axis", axis, expected)));
             }
             let of_axes = of_axes(target, is_spherical).map_err(within)?;

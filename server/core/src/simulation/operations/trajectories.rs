@@ -69,7 +69,7 @@ impl Simulation {
         if let Some(id) = id
             && !entity.state.trajectories.iter().any(|trajectory| trajectory.id == id)
         {
-            return Err(check::refuse("id", id, "it must be that of a trajectory that has not ended"));
+            return Err(check::refuse("id", id, "it must be the id of a trajectory that has not ended"));
         }
         let entity = &mut self.entities[robot_index];
         let by = "a request";
@@ -146,7 +146,7 @@ impl Entity {
     ) -> Result<Vec<TrajectoryJoint>, Error> {
         let FollowTrajectory { robot: _, joints: names, points, tolerances, .. } = request;
         if names.is_empty() {
-            return Err(check::refuse("joints", "empty", "it must name the joints that the points are of"));
+            return Err(check::refuse("joints", "empty", "it must name the joints of the points"));
         }
         if names.len() > MAX_TRAJECTORY_JOINTS {
             let expected = format!("a trajectory has at most {MAX_TRAJECTORY_JOINTS}");

@@ -128,7 +128,7 @@ fn what_is_not_for_a_ball_joint_is_refused_and_changes_nothing() {
     assert!(refusal.contains("unit length"), "{refusal}");
     let plain = JointReset { joint: "shoulder".into(), position: 0.5, ..JointReset::default() };
     let refusal = said(reset(&mut world, plain));
-    assert!(refusal.contains("put at an orientation"), "{refusal}");
+    assert!(refusal.contains("set to an orientation"), "{refusal}");
     let refusal = said(reset(&mut world, JointReset { axis: 1, ..at(DQuat::IDENTITY, DVec3::ZERO) }));
     assert!(refusal.contains("as a whole"), "{refusal}");
     let refusal = said(reset(&mut world, at(DQuat::IDENTITY, DVec3::splat(1e13))));

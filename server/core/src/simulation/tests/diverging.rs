@@ -155,7 +155,7 @@ fn a_robot_that_diverges_changes_no_bit_of_those_that_stand_far_away() {
     }
 }
 
-/// The same if it is part of their tower: only its load is gone, in the step in which it is disabled.
+/// A robot that diverges may be part of a tower. The others lose only its load, in the step in which it is disabled.
 #[test]
 fn what_a_robot_that_diverges_stood_on_bears_its_own_weight_in_each_step() {
     let mut world = ground();

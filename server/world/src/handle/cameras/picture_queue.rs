@@ -387,7 +387,7 @@ impl PictureQueue {
                     renderer.failed += 1;
                 }
                 if task.tries >= MOST_TRIES {
-                    let why = format!("{MOST_TRIES} times a renderer was given it and gave no answer");
+                    let why = format!("{MOST_TRIES} attempts to draw it got no answer from a renderer");
                     task.answer.send_replace(Some(Err(CallError::PictureFailed { why })));
                     return false;
                 }

@@ -49,7 +49,7 @@ fn an_abandoned_upload_is_forgotten() {
     let (mut partials, now) = (Partials::new(&DaemonLimits::default()), Instant::now());
     partials.append(hash(0), 6, 0, b"abc", now).unwrap();
     let refused = partials.append(hash(0), 6, 3, b"def", now + ABANDONED).unwrap_err().to_string();
-    assert!(refused.contains("begin anew at 0"), "{refused}");
+    assert!(refused.contains("start again at 0"), "{refused}");
 }
 
 #[test]

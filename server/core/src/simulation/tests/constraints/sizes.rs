@@ -61,7 +61,7 @@ fn what_no_step_can_compute_with_is_refused_and_named() {
     }
 }
 
-/// The same for a state from elsewhere.
+/// A saved state of another daemon may have no coordinate that steps cannot compute with.
 #[test]
 fn a_state_with_what_no_step_can_compute_with_is_refused() {
     let mut world = two_boxes();
