@@ -135,10 +135,7 @@ pub(crate) fn use_context(path: &Path, name: &str) -> anyhow::Result<String> {
     let after: Configuration = toml::from_str(&changed).unwrap_or_default();
     // Only unusual TOML, such as `"context" = ...`, gets here.
     if after.context.as_deref() != Some(name) || !after.contexts.keys().eq(before.contexts.keys()) {
-        bail!(
-            "{} is written in a way that is not understood: set `context = {name:?}` there",
-            path.display()
-        );
+        bail!("{} cannot be edited by simctl: set `context = {name:?}` in it by hand", path.display());
     }
     // Keeps its permissions: it may have tokens.
     replace_file(&path, changed.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;

@@ -115,7 +115,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
     };
     let about = |key: &str| refusal.metadata.get(key).map(|value| quoted(value));
     match refusal.reason {
-        ErrorReason::RobotNotFound => Some("`simctl robot list` shows the robots there are".to_owned()),
+        ErrorReason::RobotNotFound => Some("`simctl robot list` lists the robots".to_owned()),
         ErrorReason::JointNotFound => {
             let robot = about("robot").unwrap_or_else(|| "ROBOT".to_owned());
             Some(format!("`simctl joint list {robot}` shows its joints"))
@@ -137,21 +137,13 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::PathNotAllowed => {
             Some("without --on-daemon the file is sent from this machine".to_owned())
         }
-        ErrorReason::SavedStateNotFound => {
-            Some("`simctl state list` shows the saved states there are".to_owned())
-        }
-        ErrorReason::ConstraintNotFound => {
-            Some("`simctl constraint list` shows the constraints there are".to_owned())
-        }
-        ErrorReason::SensorNotFound => Some("`simctl sensor list` shows the sensors there are".to_owned()),
-        ErrorReason::ParameterNotFound => {
-            Some("`simctl parameter list` shows the parameters there are".to_owned())
-        }
-        ErrorReason::RecordingNotFound => {
-            Some("`simctl record list` shows the recordings there are".to_owned())
-        }
+        ErrorReason::SavedStateNotFound => Some("`simctl state list` lists the saved states".to_owned()),
+        ErrorReason::ConstraintNotFound => Some("`simctl constraint list` lists the constraints".to_owned()),
+        ErrorReason::SensorNotFound => Some("`simctl sensor list` lists the sensors".to_owned()),
+        ErrorReason::ParameterNotFound => Some("`simctl parameter list` lists the parameters".to_owned()),
+        ErrorReason::RecordingNotFound => Some("`simctl record list` lists the recordings".to_owned()),
         ErrorReason::JointClaimed | ErrorReason::RobotClaimed | ErrorReason::WorldClaimed => Some(
-            "its holder comes with --claim or SIMD_CLAIM; `simctl claim list` shows who holds what"
+            "its holder passes --claim or sets SIMD_CLAIM; `simctl claim list` shows who holds what"
                 .to_owned(),
         ),
         ErrorReason::WorldNotClaimed => Some(

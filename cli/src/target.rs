@@ -178,8 +178,8 @@ impl Extras {
             let key = key.trim();
             if !allowed.contains(&key) {
                 return Err(match allowed {
-                    [] => format!("`{key}` does not go with this mode, which takes a value and nothing else"),
-                    _ => format!("`{key}` does not go with this mode, which takes {}", allowed.join(", ")),
+                    [] => format!("`{key}` does not fit this mode, which takes only a value"),
+                    _ => format!("`{key}` does not fit this mode, which takes {}", allowed.join(", ")),
                 });
             }
             let (slot, kind) = match key {
@@ -314,7 +314,7 @@ mod tests {
             ("elbow=torque:1", "torque:X,Y,Z takes 3 numbers"),
             ("elbow=turn:1", "`turn` is not a mode"),
             ("elbow=vel:90deg", "deg/s"),
-            ("elbow=eff:1,kp=5", "`kp` does not go with this mode"),
+            ("elbow=eff:1,kp=5", "`kp` does not fit this mode"),
             ("elbow=vel:1,kp=5", "takes kd, ff, max_effort"),
             ("elbow=pos:1,kp", "KEY=VALUE"),
             ("elbow=pos:1,kp=1,kp=2", "given twice"),

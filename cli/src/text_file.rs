@@ -84,7 +84,7 @@ fn in_words(error: &serde_json::Error) -> String {
     // An error without a place is not about the text.
     let Some(said) = whole.strip_suffix(&place) else { return whole };
     if let Some(what) = said.strip_prefix("EOF while parsing ") {
-        return format!("it ends in the midst of {what}{place}");
+        return format!("it ends within {what}{place}");
     }
     // The value in the document comes before that.
     let Some((before, expected)) = said.rsplit_once("expected ") else { return whole };
@@ -139,7 +139,7 @@ mod tests {
             (r#"{"value": "expected f64"}"#, "string \"expected f64\", expected a number at line 1"),
             (r#"{"value": 1, "steps": -1}"#, "integer `-1`, expected a whole number from 0 to"),
             ("{\"value\": 1,\n\"steps\": 0.5}", "expected a whole number from 0 to 4294967295 at line 2"),
-            (r#"{"value": 1"#, "it ends in the midst of an object at line 1"),
+            (r#"{"value": 1"#, "it ends within an object at line 1"),
             (r#"{"steps": 1}"#, "missing field `value`"),
             ("{]", "at line 1"),
         ] {
@@ -166,7 +166,7 @@ mod tests {
         for (text, sentence) in [
             ("{\"low\": 1,\n\"least\": 0}", "unknown field `least`, expected `low` or `high` at line 2"),
             ("{\"low\": 1,\n\"high\": \"2\"}", "string \"2\", expected a number at line 2"),
-            ("{\"low\": 1", "it ends in the midst of an object at line 1"),
+            ("{\"low\": 1", "it ends within an object at line 1"),
         ] {
             let said = from_json::<Object<Range>>(text).unwrap_err().to_string();
             assert!(said.contains(sentence), "{text}: {said}");

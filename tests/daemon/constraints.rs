@@ -147,7 +147,7 @@ async fn what_is_wrong_with_a_constraint_is_said_in_a_sentence() {
         ("constraint create weld left right --max-force=-1", "--max-force"),
         ("constraint create weld left right --rope", "rope"),
         ("constraint change pair --ratio 2", "only a gear"),
-        ("constraint change pair", "say what is to change: --parent-pose, "),
+        ("constraint change pair", "give at least one of: --parent-pose, "),
         ("constraint change none --max-force 2", "none"),
         ("constraint delete none", "none"),
         ("constraint list moon", "moon"),

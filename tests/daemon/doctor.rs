@@ -117,5 +117,5 @@ async fn the_doctor_joins_a_router_and_counts_names() {
     assert_eq!((code, problems(&found)), (0, Vec::new()), "{found:?}");
     assert!(found.iter().any(|(of, _, text)| of == "Zenoh" && text.contains("1 daemon")), "{found:?}");
     let (code, found) = look(&format!("{}#sea", router.locator)).await;
-    assert!(code == 1 && problems(&found)[0].1.contains("none is called sea"), "{found:?}");
+    assert!(code == 1 && problems(&found)[0].1.contains("no daemon is called sea"), "{found:?}");
 }

@@ -27,7 +27,7 @@ async fn daemons_behind_a_router_are_addressed_by_name() {
     let error = Client::connect(&router.locator).await.unwrap_err();
     let said = one.simctl(["sim", "status", "--endpoint", &router.locator]).await;
     let sentence =
-        format!("several daemons answer at {0}: say which of one, two is meant, as {0}#one", router.locator);
+        format!("several daemons answer at {0}: choose one of one, two, as {0}#one", router.locator);
     assert_eq!(error.to_string(), sentence);
     assert_eq!((said.code, said.out.as_str()), (2, ""));
     assert!(said.err.contains(&sentence), "{}", said.err);

@@ -237,7 +237,7 @@ async fn a_context_is_chosen_and_shown() {
     let mut beaten = home.command("simctl");
     beaten.env("SIMD_ENDPOINT", "here:3").args(["context", "use", "sea"]);
     let beaten = said("simctl", beaten).await;
-    assert!(beaten.code == 0 && beaten.err.contains("SIMD_ENDPOINT beats it"), "{beaten:?}");
+    assert!(beaten.code == 0 && beaten.err.contains("SIMD_ENDPOINT overrides it"), "{beaten:?}");
     let text = std::fs::read_to_string(home.path().join("simd/config.toml")).unwrap();
     assert!(text.starts_with("context = \"sea\"\n# ours\n[contexts.lab]\n"), "{text}");
     let nothing = Home::new().run("simctl", ["context", "use", "lab"]).await;

@@ -72,7 +72,7 @@ pub(crate) async fn run(command: Claim, client: &Client, output: Output) -> anyh
             output.one(&Taken { claim, lease: take.lease })
         }
         Claim::Release => {
-            anyhow::ensure!(!client.held_claim().is_empty(), "say which, with --claim or $SIMD_CLAIM");
+            anyhow::ensure!(!client.held_claim().is_empty(), "name the claim with --claim or $SIMD_CLAIM");
             client.release_joints(client.held_claim()).await?;
             output.one(&Released { released: true })
         }

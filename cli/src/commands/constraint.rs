@@ -99,7 +99,7 @@ async fn change(change: Change, client: &Client) -> anyhow::Result<String> {
     let of_some_kinds = given.iter().any(|(_, is_given)| *is_given);
     let others = [max_force, ratio, offset, length].iter().any(Option::is_some) || breaks.is_some();
     if !of_some_kinds && !others {
-        let sentence = "say what is to change: --parent-pose, --child-pose, --max-force, --max-torque, \
+        let sentence = "give at least one of: --parent-pose, --child-pose, --max-force, --max-torque, \
                         --breaks, --ratio, --offset or --length";
         return Err(Usage(sentence.to_owned()).into());
     }

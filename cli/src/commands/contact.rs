@@ -121,8 +121,8 @@ pub(crate) async fn run(command: Contact, client: &Client, output: Output) -> an
         Contact::Set(Set { robot, link, surface }) => {
             let Some(properties) = surface.of(link) else {
                 anyhow::bail!(
-                    "say what is to change: --friction, --restitution, --rolling-friction, --spinning-friction, \
-                     --contact-stiffness or --contact-damping"
+                    "give at least one of: --friction, --restitution, --rolling-friction, \
+                     --spinning-friction, --contact-stiffness or --contact-damping"
                 );
             };
             client.set_link_properties(&robot, [properties]).await?;

@@ -36,12 +36,13 @@ pub(crate) fn run(command: &Context, options: &Options, output: Output) -> anyho
         Context::List => list(options, output),
         Context::Show => show(options, output),
         Context::Use { name } => {
-            let path = configuration_path().context("there is no home for the configuration file")?;
+            let path =
+                configuration_path().context("there is no home directory for the configuration file")?;
             let endpoint = use_context(&path, name)?;
             output.one(&Used { context: name.clone(), endpoint })?;
             let choice = choose(options)?;
             if choice.source != format!("context {name}") {
-                warn(&format!("{} beats it: simctl uses {}", choice.source, choice.endpoint));
+                warn(&format!("{} overrides it: simctl uses {}", choice.source, choice.endpoint));
             }
             Ok(())
         }
@@ -79,7 +80,8 @@ fn list(options: &Options, output: Output) -> anyhow::Result<()> {
     output.list(&contexts, page)?;
     if let (Some(name), None) = (dangling, &options.context) {
         warn(&format!(
-            "the configuration file chooses `{name}`, which is none of its contexts: simctl context use"
+            "the configuration file chooses `{name}`, which it does not define: choose another with `simctl \
+             context use`"
         ));
     }
     Ok(())

@@ -31,7 +31,7 @@ pub(crate) async fn run(command: Daemon, options: &Options, output: Output) -> a
         "default" => simd_client::DEFAULT_LOCATOR,
         _ if is_zenoh => choice.endpoint.as_str(),
         source => bail!(
-            "daemons are found over Zenoh, and {source} names the gRPC endpoint {}; say for instance \
+            "daemons are found over Zenoh, and {source} names the gRPC endpoint {}; use for instance \
              --endpoint {}",
             choice.endpoint,
             simd_client::DEFAULT_LOCATOR
@@ -83,7 +83,7 @@ impl DaemonView {
 
 fn page(daemons: &[DaemonView]) -> Page {
     if daemons.is_empty() {
-        return Page::of_line("no daemon is there");
+        return Page::of_line("no daemon was found");
     }
     let columns = vec![
         Column::left("NAME"),

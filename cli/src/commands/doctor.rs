@@ -101,7 +101,7 @@ pub(crate) async fn run(arguments: Doctor, options: &Options, output: Output) ->
     if options.format() == Format::Table {
         let warnings = findings.iter().filter(|finding| finding.level == Level::Warning).count();
         output.remark(&Page::of_line(match warnings {
-            0 => "nothing is wrong".to_owned(),
+            0 => "no problems".to_owned(),
             warnings => format!("no problem, {}", count(warnings, "warning")),
         }))?;
     }
@@ -112,7 +112,7 @@ async fn look(arguments: &Doctor, options: &Options) -> Vec<Finding> {
     let now = SystemTime::now();
     let mut all = files::configuration(configuration_path().as_deref());
     let chosen = choose(options).map_err(|error| {
-        let advice = "name a daemon by --endpoint, or make the configuration file say one";
+        let advice = "name a daemon by --endpoint, or in the configuration file";
         Finding::problem("endpoint", format!("{error:#}"), advice)
     });
     let chosen = chosen.and_then(|choice| {

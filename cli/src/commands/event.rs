@@ -47,7 +47,10 @@ async fn watch(client: &Client, output: Output, after: u64, limit: Option<u64>) 
         let observed = events.next().await?.ok_or_else(|| ended(client))?;
         if observed.missed > 0 {
             let missed = usize::try_from(observed.missed).unwrap_or(usize::MAX);
-            warn(&format!("{} before this one came too fast and are gone", count(missed, "event")));
+            warn(&format!(
+                "{} before this one were lost: they came faster than simctl read them",
+                count(missed, "event")
+            ));
         }
         output.item(&EventView::new(observed)?)?;
         shown += 1;
@@ -123,7 +126,9 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
             let client = if it.client.is_empty() { "a client" } else { &it.client };
             let text = match it.cause() {
                 LockstepCause::Joined => format!("{client} joined the lockstep"),
-                LockstepCause::TimedOut => format!("{client} left the lockstep: it did not ask in its time"),
+                LockstepCause::TimedOut => {
+                    format!("{client} left the lockstep: it did not ask for its step in time")
+                }
                 LockstepCause::Disconnected => format!("{client} left the lockstep: its connection ended"),
                 LockstepCause::Left | LockstepCause::Unspecified => format!("{client} left the lockstep"),
             };
@@ -199,10 +204,10 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                 }
                 ConstraintDeletionCause::Broke => format!("constraint {} broke", it.constraint),
                 ConstraintDeletionCause::RobotDeleted => {
-                    format!("constraint {} went with its robot", it.constraint)
+                    format!("constraint {} was removed with its robot", it.constraint)
                 }
                 ConstraintDeletionCause::LinkGone => {
-                    format!("constraint {} went with its link", it.constraint)
+                    format!("constraint {} was removed with its link", it.constraint)
                 }
             };
             ("constraint_deleted", json!({ "constraint": it.constraint, "cause": cause }), sentence)
@@ -256,7 +261,7 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
             ("state_restored", json!({ "name": it.name }), format!("saved state {} restored", it.name))
         }
         // A newer daemon may have kinds that this client does not know.
-        None => ("unknown", json!({}), "something that this simctl does not know".to_owned()),
+        None => ("unknown", json!({}), "an event of a kind that this simctl does not know".to_owned()),
     }
 }
 
@@ -266,5 +271,5 @@ fn claimed(world: bool, robots: &[String], joints: &[String]) -> String {
     let joints = joints.iter().filter(|joint| !is_of_whole(joint)).cloned();
     let world = world.then(|| "the world".to_owned());
     let all: Vec<String> = world.into_iter().chain(robots.iter().cloned()).chain(joints).collect();
-    if all.is_empty() { "nothing that is still there".to_owned() } else { all.join(", ") }
+    if all.is_empty() { "robots that no longer exist".to_owned() } else { all.join(", ") }
 }

@@ -200,7 +200,10 @@ async fn watch(arguments: Watch, client: &Client, output: Output) -> anyhow::Res
             if of.missed > 0 {
                 let missed = usize::try_from(of.missed).unwrap_or(usize::MAX);
                 let which = format!("{}/{}", of.robot, of.sensor);
-                warn(&format!("{} of {which} came too fast and are gone", count(missed, "reading")));
+                warn(&format!(
+                    "{} of {which} were lost: they came faster than simctl read them",
+                    count(missed, "reading")
+                ));
             }
             for view in views(of) {
                 if limit.is_some_and(|limit| shown >= limit) {

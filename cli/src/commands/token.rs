@@ -100,7 +100,7 @@ fn add(
     output: Output,
 ) -> anyhow::Result<()> {
     if !TokenEntry::is_name(name) {
-        bail!("{name:?} is no name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @");
+        bail!("{name:?} is not a valid name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @");
     }
     if let Some(robot) = robots.iter().find(|robot| !TokenEntry::is_robot(robot)) {
         bail!(
@@ -133,7 +133,10 @@ fn add(
 impl TokenFile {
     fn path(&self) -> anyhow::Result<PathBuf> {
         let default = || configuration_path().map(|path| path.with_file_name("tokens"));
-        self.file.clone().or_else(default).context("there is no home for the file of tokens: say --file")
+        self.file
+            .clone()
+            .or_else(default)
+            .context("there is no home directory for the file of tokens: give --file")
     }
 }
 
@@ -178,7 +181,7 @@ fn locked(path: &Path) -> anyhow::Result<File> {
             }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 let path = path.display();
-                bail!("{path} is there: another simctl changes the tokens; if none does, delete it")
+                bail!("{path} exists: another simctl is changing the tokens; if not, delete the file")
             }
             outcome => return outcome.with_context(|| format!("cannot write {}", path.display())),
         }

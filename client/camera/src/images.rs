@@ -65,7 +65,7 @@ fn jpeg(bytes: &[u8]) -> Result<Image, String> {
 
 fn bounded(width: u32, height: u32) -> Result<(), String> {
     if width == 0 || height == 0 || u64::from(width) * u64::from(height) > MOST_PIXELS {
-        return Err(format!("it has {width} x {height} pixels; the most is {MOST_PIXELS} in all"));
+        return Err(format!("it has {width} x {height} pixels; the limit is {MOST_PIXELS} in all"));
     }
     Ok(())
 }

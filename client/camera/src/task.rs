@@ -110,7 +110,7 @@ pub(crate) fn answer(task: &PictureTask, renderer: &str, picture: Picture) -> Pu
         if bytes(&planes) > task.max_bytes {
             let most = task.max_bytes;
             let reason =
-                format!("the picture has {raw} bytes, packed {}; the most is {most}", bytes(&planes));
+                format!("the picture has {raw} bytes, packed {}; the limit is {most}", bytes(&planes));
             return refusal(task, renderer, reason);
         }
     }

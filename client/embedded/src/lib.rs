@@ -103,7 +103,7 @@ impl World {
         let parsed = address.parse::<SocketAddr>();
         let parsed = parsed.map_err(|_| {
             PyValueError::new_err(format!(
-                "`{address}` is no address to serve at: give IP:PORT, as 127.0.0.1:7400"
+                "`{address}` is not an address to serve at: give IP:PORT, as 127.0.0.1:7400"
             ))
         })?;
         match py.detach(|| embedded.serve(parsed)) {
@@ -225,7 +225,7 @@ fn goes_on(signal: &mut Option<PyErr>) -> bool {
 fn seconds(time_limit: f64) -> PyResult<Duration> {
     let within = if time_limit > LONGEST { LONGEST } else { time_limit };
     Duration::try_from_secs_f64(within)
-        .map_err(|_| PyValueError::new_err(format!("{time_limit} is no number of seconds to wait")))
+        .map_err(|_| PyValueError::new_err(format!("{time_limit} is not a number of seconds")))
 }
 
 fn refused(py: Python<'_>, status: &[u8]) -> PyErr {

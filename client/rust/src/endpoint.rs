@@ -31,7 +31,9 @@ pub(crate) fn read(text: &str) -> Result<DaemonEndpoint, Error> {
     let refuse = |reason: String| Error::Endpoint { endpoint: text.to_owned(), reason };
     let checked = |name: &str| match keys::is_daemon_name(name) {
         true => Ok(Some(name.to_owned())),
-        false => Err(refuse(format!("`{name}` is no name of a daemon: those are of A-Z a-z 0-9 _ -"))),
+        false => Err(refuse(format!(
+            "`{name}` is not a valid name of a daemon: use the characters A-Z a-z 0-9 _ -"
+        ))),
     };
     if let Some(rest) = trimmed.strip_prefix("simd://") {
         let (host, name) = rest.split_once('/').unwrap_or((rest, ""));

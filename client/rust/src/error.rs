@@ -38,7 +38,7 @@ pub enum Error {
         reason: String,
     },
     /// The address does not say which of several daemons is meant.
-    #[error("several daemons answer at {endpoint}: say which of {} is meant, as {endpoint}#{}", names.join(", "), names.first().map_or("NAME", String::as_str))]
+    #[error("several daemons answer at {endpoint}: choose one of {}, as {endpoint}#{}", names.join(", "), names.first().map_or("NAME", String::as_str))]
     SeveralDaemons {
         /// Endpoint as it was given.
         endpoint: String,

@@ -57,7 +57,7 @@ impl Rollout {
         let (numbers, rest) = part.data.as_chunks();
         let (into, most) = &mut self.arrays()[array];
         if !rest.is_empty() || (into.len() + numbers.len()) as u64 > (*most).min(MOST_NUMBERS) {
-            return Err(wrong("has another size than was said"));
+            return Err(wrong("has another size than announced"));
         }
         into.extend(numbers.iter().map(|number| f64::from_le_bytes(*number)));
         Ok(())

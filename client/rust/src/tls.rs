@@ -119,7 +119,7 @@ pub(crate) fn sentence(endpoint: &str, reason: &str) -> Option<String> {
                 "{certificate} is not signed by an authority that is known here: {AUTHORITIES} names the file of the one that signed it"
             )
         } else if is(&["not valid for name", "NotValidForName"]) {
-            format!("{certificate} is not for that host: name it as the certificate does ({reason})")
+            format!("{certificate} is not for that host: use a host name of the certificate ({reason})")
         } else if is(&["expired", "Expired"]) {
             format!("{certificate} has expired: a new one is made there with `simd tls init`")
         } else {
@@ -130,7 +130,8 @@ pub(crate) fn sentence(endpoint: &str, reason: &str) -> Option<String> {
         return Some(match alert {
             alert if alert.starts_with("CertificateRequired") => {
                 format!(
-                    "{daemon} asks for a certificate of this client: {CERTIFICATE} and {KEY} name its file and that of its key"
+                    "{daemon} asks for a certificate of this client: set {CERTIFICATE} and {KEY} to the \
+                     files of the certificate and its key"
                 )
             }
             alert => format!("{daemon} does not accept the certificate of this client ({alert})"),
@@ -138,12 +139,13 @@ pub(crate) fn sentence(endpoint: &str, reason: &str) -> Option<String> {
     }
     if reason == CLOSED {
         return Some(format!(
-            "{daemon} closed the connection once it had shown its certificate: where it asks for one of this client, {CERTIFICATE} and {KEY} name its file and that of its key"
+            "{daemon} closed the connection after it had shown its certificate: if it asks for one of this \
+             client, set {CERTIFICATE} and {KEY} to the files of the certificate and its key"
         ));
     }
     let is_plain = reason.contains("InvalidContentType") || reason.contains("corrupt message");
     is_plain.then(|| {
-        format!("what listens at {endpoint} does not speak TLS: without it the address is http:// or tcp/")
+        format!("the server at {endpoint} does not use TLS: without TLS the address is http:// or tcp/")
     })
 }
 

@@ -245,7 +245,7 @@ impl From<ClosestPoints> for DistanceView {
 
 fn distances(pairs: &[DistanceView]) -> Page {
     if pairs.is_empty() {
-        return Page::of_line("nothing is that near");
+        return Page::of_line("nothing is within that distance");
     }
     let columns = vec![
         Column::left("A"),

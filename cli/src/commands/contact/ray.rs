@@ -81,7 +81,7 @@ fn parse(text: &str) -> anyhow::Result<Vec<Line>> {
         }
         let parts = line.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty());
         let numbers = parts.map(|part| {
-            part.parse::<f64>().with_context(|| format!("line {}: {part:?} is no number", index + 1))
+            part.parse::<f64>().with_context(|| format!("line {}: {part:?} is not a number", index + 1))
         });
         let numbers: Vec<f64> = numbers.collect::<anyhow::Result<_>>()?;
         let &[x, y, z, to_x, to_y, to_z] = numbers.as_slice() else {
@@ -132,7 +132,7 @@ mod tests {
             ("# nothing\n\n", "it has no rays"),
             ("0 0 2 0 0 -1\n0 0 2", "line 2 has 3 numbers"),
             ("0 0 2 0 0 -1 1", "line 1 has 7 numbers"),
-            ("\n0 0 high 0 0 -1", "line 2: \"high\" is no number"),
+            ("\n0 0 high 0 0 -1", "line 2: \"high\" is not a number"),
         ] {
             let sentence = parse(text).unwrap_err().to_string();
             assert!(sentence.contains(part), "{text:?}: {sentence}");

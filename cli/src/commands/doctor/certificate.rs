@@ -119,7 +119,7 @@ pub(super) fn files(certificate: &Path, key: &Path, now: SystemTime) -> Vec<Find
     };
     let Some(Some(chain)) = chain else { return all };
     all.push(match CertifiedKey::from_der(chain, der, &ring::default_provider()) {
-        Ok(_) => Finding::ok(KEY, "it is that of the certificate"),
+        Ok(_) => Finding::ok(KEY, "it belongs to the certificate"),
         Err(rustls::Error::InconsistentKeys(_)) => Finding::problem(
             KEY,
             format!("{} is not the key of {}", key.display(), certificate.display()),

@@ -108,16 +108,16 @@ pub(super) async fn over_grpc(
         (true, None) => {
             seen.findings.push(Finding::problem(
                 "TLS",
-                format!("what listens at {place} does not speak it"),
-                format!("say http://{place}, or start the daemon with --tls-certificate and --tls-key"),
+                format!("the server at {place} does not use TLS"),
+                format!("use http://{place}, or start the daemon with --tls-certificate and --tls-key"),
             ));
             return seen;
         }
         (false, Some(_)) => {
             seen.findings.push(Finding::problem(
                 "TLS",
-                format!("what listens at {place} speaks it, and the endpoint does not"),
-                format!("say https://{place}, with the daemon's ca.pem as --tls-ca"),
+                format!("the server at {place} uses TLS, and the endpoint does not"),
+                format!("use https://{place}, with the daemon's ca.pem as --tls-ca"),
             ));
             return seen;
         }
@@ -148,12 +148,12 @@ fn unreachable(address: &Address, error: &io::Error) -> Finding {
         io::ErrorKind::TimedOut => Finding::problem(
             "port",
             format!("{place} does not answer"),
-            "look whether the machine is up and a firewall lets the port through",
+            "check that the machine is up, and that no firewall blocks the port",
         ),
         _ => Finding::problem(
             "port",
             format!("{place} cannot be reached: {error}"),
-            "look at the name of the host, and at the network",
+            "check the host name and the network",
         ),
     }
 }
@@ -190,10 +190,10 @@ fn silent(error: &Error, place: &str) -> Finding {
         ),
         Error::TimedOut { after, .. } => Finding::problem(
             "daemon",
-            format!("what listens at {place} did not answer within {} s", after.as_secs_f64()),
+            format!("the server at {place} did not answer within {} s", after.as_secs_f64()),
             "see whether it is a daemon that hangs (its log, `/healthz`), or another program",
         ),
-        error => Finding::problem("daemon", error.to_string(), "look at the daemon's log"),
+        error => Finding::problem("daemon", error.to_string(), "see the daemon's log"),
     }
 }
 
@@ -263,7 +263,7 @@ fn unauthenticated(refusal: &Refusal, token: Option<Source>) -> Finding {
         ),
         Some(source) => Finding::problem(
             "token",
-            format!("that of {} is refused: {}", source.name(), refusal.message),
+            format!("the one from {} is refused: {}", source.name(), refusal.message),
             "`simctl token list` where the daemon runs shows those there are, `simctl token add` makes another",
         ),
     }
@@ -276,7 +276,8 @@ fn token(known: Option<&TokenInfo>, given: Option<Source>, is_plain: bool, now: 
             let left = known.expires.map(|expires| expires.seconds - unix_seconds(now));
             let until =
                 left.map_or_else(|| "does not expire".to_owned(), |left| format!("expires {}", away(left)));
-            let found = format!("that of {}, from {}: {}, {until}", known.name, source.name(), known.role);
+            let found =
+                format!("the token of {}, from {}: {}, {until}", known.name, source.name(), known.role);
             if is_plain {
                 return Finding::warning(
                     CHECK,
@@ -291,15 +292,16 @@ fn token(known: Option<&TokenInfo>, given: Option<Source>, is_plain: bool, now: 
                 _ => Finding::ok(CHECK, found),
             }
         }
-        (Some(known), None) => Finding::ok(CHECK, format!("that of {}: {}", known.name, known.role)),
+        (Some(known), None) => Finding::ok(CHECK, format!("the token of {}: {}", known.name, known.role)),
         (None, _) if is_plain => Finding::warning(
             CHECK,
             "the daemon asks for none, and others can reach it",
             "give it --tokens and a certificate (docs/security.md): everyone commands its robots",
         ),
-        (None, Some(source)) => {
-            Finding::ok(CHECK, format!("the daemon asks for none; that of {} is not needed", source.name()))
-        }
+        (None, Some(source)) => Finding::ok(
+            CHECK,
+            format!("the daemon asks for none; the one from {} is not needed", source.name()),
+        ),
         (None, None) => Finding::ok(CHECK, "the daemon asks for none"),
     }
 }

@@ -31,7 +31,7 @@ pub(super) struct DaemonFiles {
 pub(super) fn configuration(path: Option<&Path>) -> Vec<Finding> {
     const CHECK: &str = "configuration";
     let Some(path) = path else {
-        return vec![Finding::ok(CHECK, "there is no home for a configuration file")];
+        return vec![Finding::ok(CHECK, "there is no home directory for a configuration file")];
     };
     let configuration = match read(Some(path)) {
         Ok(configuration) => configuration,
@@ -83,7 +83,7 @@ pub(super) fn daemon(path: &Path) -> (Vec<Finding>, DaemonFiles) {
     };
     let table: toml::Table = match toml::from_str(&text) {
         Ok(table) => table,
-        Err(error) => return bad(format!("{} is no TOML: {}", path.display(), error.message())),
+        Err(error) => return bad(format!("{} is not valid TOML: {}", path.display(), error.message())),
     };
     let folder = path.parent().unwrap_or(Path::new(""));
     let file = |value: Option<&toml::Value>| Some(folder.join(value?.as_str()?));
@@ -111,7 +111,7 @@ pub(super) fn tokens(path: &Path, now: SystemTime) -> Vec<Finding> {
         Err(error) => all.push(Finding::problem(
             CHECK,
             format!("{}: {error}", path.display()),
-            "correct the line, or make the file anew with `simctl token add`",
+            "correct the line, or make a new file with `simctl token add`",
         )),
         Ok(entries) if entries.is_empty() => all.push(Finding::warning(
             CHECK,
@@ -129,7 +129,7 @@ pub(super) fn tokens(path: &Path, now: SystemTime) -> Vec<Finding> {
                 all.push(Finding::warning(
                     CHECK,
                     format!("the tokens of {} have expired", expired.join(", ")),
-                    "`simctl token revoke NAME` takes one out, `simctl token add` makes another",
+                    "`simctl token revoke NAME` removes one, `simctl token add` makes another",
                 ));
             }
             let next = entries
@@ -137,7 +137,7 @@ pub(super) fn tokens(path: &Path, now: SystemTime) -> Vec<Finding> {
                 .filter_map(|entry| Some((entry.expires?.seconds - now, &entry.name)))
                 .filter(|(left, _)| *left > 0)
                 .min();
-            let next = next.map(|(left, name)| format!("; that of {name} expires {}", away(left)));
+            let next = next.map(|(left, name)| format!("; the one of {name} expires {}", away(left)));
             let tokens = crate::output::number::count(entries.len(), "token");
             all.push(Finding::ok(CHECK, format!("{tokens}{}", next.unwrap_or_default())));
         }
@@ -173,7 +173,7 @@ fn mode(_metadata: &Metadata) -> Option<u32> {
 pub(super) fn bounded(path: &Path) -> io::Result<String> {
     let metadata = fs::metadata(path)?;
     if !metadata.is_file() {
-        return Err(io::Error::other("it is no file"));
+        return Err(io::Error::other("it is not a file"));
     }
     if metadata.len() > MAX_BYTES {
         return Err(io::Error::other(format!("it has more than {MAX_BYTES} bytes")));
@@ -189,6 +189,6 @@ pub(super) fn unreadable(check: &'static str, path: &Path, error: &io::Error) ->
         io::ErrorKind::PermissionDenied => {
             Finding::warning(check, found, "run `simctl doctor` as the daemon's user to have it checked")
         }
-        _ => Finding::problem(check, found, "name a file that is there, and whose folders can be entered"),
+        _ => Finding::problem(check, found, "name a file that exists, in folders that can be entered"),
     }
 }

@@ -148,7 +148,7 @@ fn governor(name: &str) -> Finding {
         "powersave" | "conservative" => Finding::warning(
             CHECK,
             format!("{name}: processors slow down between steps"),
-            "`cpupower frequency-set --governor performance` makes steps take alike",
+            "`cpupower frequency-set --governor performance` makes steps take equally long",
         ),
         name => Finding::ok(CHECK, name),
     }

@@ -58,7 +58,8 @@ pub(super) async fn beside(
         Err(finding) => vec![Finding::warning(
             CHECK,
             finding.found,
-            "only clients over Zenoh need it, such as Python: start the daemon without `--zenoh off`, or say --zenoh LOCATOR",
+            "only clients over Zenoh need it, such as Python: start the daemon without `--zenoh off`, or use \
+             --zenoh LOCATOR",
         )],
     }
 }
@@ -115,15 +116,15 @@ fn meant<'a>(there: &'a [Presence], name: Option<&str>) -> Result<&'a str, Findi
         (Some(name), names) => names.iter().find(|known| **known == name).copied().ok_or_else(|| {
             Finding::problem(
                 "daemon",
-                format!("none is called {name}"),
-                "`simctl daemon list` shows those that are there",
+                format!("no daemon is called {name}"),
+                "`simctl daemon list` lists the daemons",
             )
         }),
-        (None, []) => Err(Finding::problem("daemon", "none is there", "start one on this network")),
+        (None, []) => Err(Finding::problem("daemon", "no daemon was found", "start one on this network")),
         (None, names) => Err(Finding::problem(
             "daemon",
-            format!("several are there: {}", names.join(", ")),
-            "add #NAME to the locator to say which is meant",
+            format!("there are several: {}", names.join(", ")),
+            "add #NAME to the locator to choose one",
         )),
     }
 }

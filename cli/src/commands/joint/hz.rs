@@ -84,7 +84,8 @@ pub(super) async fn run(arguments: &Hz, client: &Client, output: Output) -> anyh
     output.item(&report)?;
     if states < 2 && was_asked {
         bail!(
-            "{states} of the states of {robot} came: a rate needs two; a paused world has none (`simctl sim play`)"
+            "{states} states of {robot} arrived, and a rate needs two; a paused world has none (`simctl sim \
+             play`)"
         );
     }
     Ok(())
@@ -192,7 +193,7 @@ impl View for Report {
                 milliseconds(self.standard_deviation),
                 self.window,
             ),
-            None => format!("{} of the states of {} came", self.states, self.robot),
+            None => format!("{} states of {} arrived", self.states, self.robot),
         })
     }
 }

@@ -106,7 +106,7 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
         bail!("its first column is {:?}; it must be time", names.first().copied().unwrap_or_default())
     };
     if let Some(twice) = columns.iter().enumerate().find(|(at, name)| columns[..*at].contains(name)) {
-        bail!("column {} is there twice", twice.1);
+        bail!("column {} is given twice", twice.1);
     }
     let has_kind = |name: &&&str| KINDS.iter().any(|kind| name.ends_with(kind));
     let joints: Vec<String> =
@@ -128,7 +128,7 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
     let used: usize = indices.iter().map(Vec::len).sum();
     if used != columns.len() {
         bail!(
-            "{} columns follow time, and {used} belong to the joints: a name is of no joint",
+            "{} columns follow time, and {used} belong to the joints: one of the names is not a joint",
             columns.len()
         );
     }
@@ -138,7 +138,7 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
             value
                 .trim()
                 .parse::<f64>()
-                .with_context(|| format!("line {}: {:?} is no number", number + 1, value.trim()))
+                .with_context(|| format!("line {}: {:?} is not a number", number + 1, value.trim()))
         });
         let values: Vec<f64> = values.collect::<anyhow::Result<_>>()?;
         if values.len() != names.len() {
@@ -207,7 +207,7 @@ mod tests {
             ("", "empty"),
             ("shoulder\n1", "its first column is \"shoulder\""),
             ("time\n1", "names no joint"),
-            ("time,a\n1,x", "line 2: \"x\" is no number"),
+            ("time,a\n1,x", "line 2: \"x\" is not a number"),
             ("time,a\n1", "line 2 has 1 value"),
             ("time,a,b,a.velocity\n", "column b.velocity is missing"),
             ("time,a,b.effort\n", "of no joint"),

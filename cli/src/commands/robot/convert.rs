@@ -60,12 +60,12 @@ pub(crate) fn run(arguments: &Convert, output: Output) -> anyhow::Result<()> {
     if let ([_, _, ..], None) = (&models[..], &arguments.to) {
         let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
         bail!(
-            "{path} holds several robots: say which by --model, or a folder for all by --to: {}",
+            "{path} holds several robots: choose one with --model, or write all into a folder with --to: {}",
             names.join(", ")
         );
     }
     if !translation.meshes.is_empty() && arguments.to.is_none() {
-        warn("the meshes whose numbers stand in the file are not written: say where by --to");
+        warn("the meshes whose numbers stand in the file are not written: choose a folder with --to");
     }
     let is_alone = models.len() == 1;
     let mut robots = Vec::new();

@@ -143,8 +143,8 @@ impl FilterView {
         }
         match self.groups.len() {
             0 => {}
-            1 => text += "; 1 link in groups of its own",
-            many => text += &format!("; {many} links in groups of their own"),
+            1 => text += "; 1 link with groups that differ",
+            many => text += &format!("; {many} links with groups that differ"),
         }
         text
     }

@@ -118,7 +118,8 @@ fn whole(mut parts: Vec<Part>) -> anyhow::Result<Wanted> {
             Wanted::Shape(Geometry::Cone(shape)) => compound_part::Geometry::Cone(shape),
             Wanted::Shape(_) | Wanted::File { .. } => {
                 anyhow::bail!(
-                    "a plane, a mesh and a height field are bodies of their own: give one alone, without @"
+                    "a plane, a mesh or a height field cannot be combined with other shapes: give it alone, \
+                     without @"
                 )
             }
         };

@@ -81,7 +81,7 @@ fn table(text: &str) -> anyhow::Result<Tried> {
             .split(',')
             .map(|value| {
                 let value = value.trim();
-                value.parse().with_context(|| format!("line {number}: {value:?} is no number"))
+                value.parse().with_context(|| format!("line {number}: {value:?} is not a number"))
             })
             .collect::<anyhow::Result<Vec<f64>>>()?;
         if row.len() != names.len() {
@@ -125,7 +125,7 @@ mod tests {
         for (text, part) in [
             ("", "empty"),
             ("shoulder\n", "no targets"),
-            ("shoulder\nx", "line 2: \"x\" is no number"),
+            ("shoulder\nx", "line 2: \"x\" is not a number"),
             ("copy,shoulder\n0,1\n2,1", "line 3 is of copy 2"),
             ("copy,shoulder\n1,1", "line 2 is of copy 1"),
             ("shoulder,elbow\n1", "line 2 has 1 value for 2 columns"),

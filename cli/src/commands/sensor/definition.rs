@@ -128,7 +128,7 @@ pub(super) fn limits(text: &str) -> Result<[f64; 2], String> {
 /// Parses `SAMPLES,MIN,MAX`.
 pub(super) fn sweep(text: &str) -> Result<Sweep, String> {
     let (samples, angles) = text.split_once(',').ok_or_else(|| "must be SAMPLES,MIN,MAX".to_owned())?;
-    let samples = samples.parse().map_err(|_| format!("`{samples}` is no number of samples"))?;
+    let samples = samples.parse().map_err(|_| format!("`{samples}` is not a number of samples"))?;
     match numbers(angles, Motion::Turns)?.as_slice() {
         &[min, max] => Ok(Sweep { samples, min, max }),
         _ => Err("must be SAMPLES,MIN,MAX".to_owned()),

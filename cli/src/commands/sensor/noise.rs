@@ -18,16 +18,16 @@ pub(super) fn parse(text: &str) -> Result<SensorNoise, String> {
         Some("x") => Some(0),
         Some("y") => Some(1),
         Some("z") => Some(2),
-        Some(other) => return Err(format!("`{other}` is no axis: x, y or z")),
+        Some(other) => return Err(format!("`{other}` is not an axis: x, y or z")),
     };
     let on_wire = format!("SENSOR_CHANNEL_{}", name.replace('-', "_").to_ascii_uppercase());
     let channel =
         SensorChannel::from_str_name(&on_wire).filter(|channel| *channel != SensorChannel::Unspecified);
-    let channel = channel.ok_or_else(|| format!("`{name}` is no channel: {}", channels()))?;
+    let channel = channel.ok_or_else(|| format!("`{name}` is not a channel: {}", channels()))?;
     let mut noise = SensorNoise { channel: channel.into(), axis, ..SensorNoise::default() };
     for pair in values.split(',') {
         let (what, value) = pair.split_once('=').ok_or_else(|| format!("`{pair}` must be WHAT=VALUE"))?;
-        let value: f64 = value.parse().map_err(|_| format!("`{value}` is no number"))?;
+        let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
         match what {
             "deviation" => noise.standard_deviation = value,
             "bias" => noise.bias_mean = value,
@@ -71,11 +71,11 @@ mod tests {
     fn what_is_wrong_is_named() {
         for (text, part) in [
             ("range", "CHANNEL"),
-            ("sound:deviation=1", "`sound` is no channel: linear-acceleration"),
-            ("unspecified:deviation=1", "is no channel"),
-            ("range.w:deviation=1", "`w` is no axis"),
+            ("sound:deviation=1", "`sound` is not a channel: linear-acceleration"),
+            ("unspecified:deviation=1", "is not a channel"),
+            ("range.w:deviation=1", "`w` is not an axis"),
             ("range:loudness=1", "`loudness` is not deviation"),
-            ("range:deviation=much", "`much` is no number"),
+            ("range:deviation=much", "`much` is not a number"),
             ("range:deviation", "WHAT=VALUE"),
         ] {
             let refused = parse(text).unwrap_err();

@@ -145,7 +145,7 @@ impl ZenohChannel {
     }
 
     fn no_daemon(&self) -> Status {
-        Status::unavailable(format!("no daemon called `{}` is there", self.name))
+        Status::unavailable(format!("there is no daemon called `{}`", self.name))
     }
 }
 
@@ -227,7 +227,7 @@ impl Service<http::Request<Body>> for ZenohChannel {
         let path = request.uri().path();
         let method = methods::parse_path(path).and_then(|(service, name)| methods::find(service, name));
         let Some(method) = method else {
-            let status = Status::unimplemented(format!("`{path}` is no method of simd.v1"));
+            let status = Status::unimplemented(format!("`{path}` is not a method of simd.v1"));
             return Box::pin(std::future::ready(Ok(status.into_http())));
         };
         let call = Call { channel: self.clone(), method };

@@ -165,14 +165,14 @@ impl Network {
         let listed = names.join(", ");
         let refuse = |reason| Err(Error::Endpoint { endpoint: self.locator.to_string(), reason });
         let name = match (name, names.as_slice()) {
-            (_, []) => return Err(unreachable("no simd daemon is there".to_owned())),
+            (_, []) => return Err(unreachable("there is no simd daemon".to_owned())),
             (None, [only]) => only,
             (None, names) => {
                 let names = names.iter().map(|&name| name.to_owned()).collect();
                 return Err(Error::SeveralDaemons { endpoint: self.locator.to_string(), names });
             }
             (Some(name), names) if names.contains(&name) => name,
-            (Some(name), _) => return Err(unreachable(format!("`{name}` is not there, but {listed}"))),
+            (Some(name), _) => return Err(unreachable(format!("there is no `{name}`, but {listed}"))),
         };
         let sessions: Vec<&str> =
             there.iter().filter(|daemon| daemon.name == name).map(|daemon| daemon.zid.as_str()).collect();

@@ -41,7 +41,7 @@ async fn ask<R: Message, A: Message + Default>(
 ) -> Result<A, Status> {
     let message = Bytes::from(request.encode_to_vec());
     let answer = channel.ask(method, Asked { message, headers: headers.clone() }).await?;
-    A::decode(answer).map_err(|error| Status::internal(format!("the answer is no message: {error}")))
+    A::decode(answer).map_err(|error| Status::internal(format!("the answer is not a message: {error}")))
 }
 
 fn method(service: &str, name: &str) -> Result<&'static Method, Status> {
@@ -49,7 +49,7 @@ fn method(service: &str, name: &str) -> Result<&'static Method, Status> {
 }
 
 fn read<R: Message + Default>(message: Bytes) -> Result<R, Status> {
-    R::decode(message).map_err(|error| Status::internal(format!("the request is no message: {error}")))
+    R::decode(message).map_err(|error| Status::internal(format!("the request is not a message: {error}")))
 }
 
 /// Ends the stream without an error if the daemon drains.

@@ -147,7 +147,7 @@ async fn an_empty_port_and_one_of_another_program_are_distinguished() {
     let taken = last(over_grpc(&endpoint, &options, None, now()).await);
     assert!(taken.level == Level::Problem && taken.found.contains("another program"), "{taken:?}");
     let tls = last(over_grpc(&format!("https://{endpoint}"), &options, None, now()).await);
-    assert!(tls.level == Level::Problem && tls.found.contains("does not speak it"), "{tls:?}");
+    assert!(tls.level == Level::Problem && tls.found.contains("does not use TLS"), "{tls:?}");
     other.abort();
     let _ = other.await;
     let empty = last(over_grpc(&endpoint, &options, None, now()).await);
