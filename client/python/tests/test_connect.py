@@ -142,7 +142,7 @@ def test_a_daemon_of_another_name_is_not_taken_for_it(daemon: Daemon) -> None:
 
 def test_several_daemons_are_listed_for_one_to_be_chosen() -> None:
     with Pretender("lab1", "lab2") as network:
-        with pytest.raises(EndpointError, match="say which of `lab1`, `lab2` is meant"):
+        with pytest.raises(EndpointError, match="choose one of `lab1`, `lab2`"):
             simd_client.connect(network.endpoint)
         with simd_client.connect(f"{network.endpoint}#lab2") as sim:
             assert sim.name == "lab2"
@@ -162,7 +162,7 @@ def test_a_daemon_that_never_answers_is_a_deadline_and_not_a_hang() -> None:
 def test_an_answer_that_is_no_message_is_said_to_be_none() -> None:
     with Pretender("odd") as network, simd_client.connect(network.endpoint) as sim:
         network.payload = b"\xff\xff\xff"
-        with pytest.raises(simd_client.AnswerError, match="it is no GetSimulationStateResponse"):
+        with pytest.raises(simd_client.AnswerError, match="it is not a GetSimulationStateResponse"):
             sim.stamp
         network.error = b"not a status", "text/plain"
         with pytest.raises(SimdError, match="an error in text/plain: not a status"):

@@ -34,9 +34,9 @@ def test_a_token_allows_what_its_role_does(daemon: Daemon) -> None:
     with simd_client.connect(daemon.endpoint, token=VIEWER) as sim:
         arm = sim.robot("arm")
         assert arm.read().position.shape == (1,)
-        with pytest.raises(RoleTooLow, match="the token of viewer is that of a viewer"):
+        with pytest.raises(RoleTooLow, match="the token of viewer has the role viewer"):
             arm.set_positions({"shoulder": 0.5})
-        with pytest.raises(RoleTooLow, match="needs an admin"):
+        with pytest.raises(RoleTooLow, match="needs the role admin"):
             sim.step(1)
     with simd_client.connect(daemon.endpoint, token=OPERATOR) as sim:
         sim.robot("arm").set_positions({"shoulder": 0.5})

@@ -38,7 +38,7 @@ def _refusal(kind: type, name: str) -> str:
     )
     problem = f"`{kind.__name__}.{name}` cannot be assigned" if is_there else f"`{kind.__name__}` has no attribute `{name}`"
     meant = _meant(kind, name)
-    return f"{problem}; did you mean `{meant}`?" if meant else f"{problem}; keep values of your own in your own objects"
+    return f"{problem}; did you mean `{meant}`?" if meant else f"{problem}; keep your values in your own objects"
 
 
 def _meant(kind: type, name: str) -> str | None:

@@ -39,7 +39,7 @@ class DescriptionFiles:
         if is_xacro(urdf):
             self.urdf = expanded(urdf, xacro_arguments, packages)
         elif xacro_arguments:
-            raise XacroError(f"{urdf} is no .xacro file, and takes no arguments of one")
+            raise XacroError(f"{urdf} is not a .xacro file, so it takes no xacro arguments")
         else:
             self.urdf = urdf.read_bytes()
         self._locator = Locator(urdf, packages) if locator is None else locator

@@ -162,7 +162,7 @@ class WorldNotClaimed(Refused):
 
 
 class ClaimNotFound(NotFound):
-    """The claim does not exist: it was released, it lapsed, or another client took over."""
+    """The claim does not exist: it was released, it expired, or another client took over."""
 
 
 class LockstepMemberNotFound(NotFound):

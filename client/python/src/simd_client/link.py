@@ -173,7 +173,7 @@ def refused(payload: bytes) -> SimdError:
     try:
         status.ParseFromString(payload)
     except DecodeError as error:
-        return SimdError(f"the daemon's answer cannot be understood: it is no {STATUS} ({error})")
+        return SimdError(f"the daemon's answer cannot be understood: it is not a {STATUS} ({error})")
     info, bad = ErrorInfo(), BadRequest()
     for detail in status.details:
         kind = detail.type_url.rsplit("/", 1)[-1]

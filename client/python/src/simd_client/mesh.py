@@ -60,7 +60,7 @@ def mesh_file(mesh: AnyMesh) -> MeshFile:
     if not np.issubdtype(triangles.dtype, np.integer):
         raise ValueError(f"indices of vertices are whole numbers, not {triangles.dtype}")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise ValueError(f"a triangle has a vertex that is none of the {len(vertices)}, counted from 0")
+        raise ValueError(f"a triangle has a vertex that is not one of the {len(vertices)}, counted from 0")
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
     return MeshFile(("\n".join(lines) + "\n").encode(), "arrays.obj")

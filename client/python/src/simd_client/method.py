@@ -43,5 +43,5 @@ def decoded(message: type[Reply], payload: bytes) -> Reply:
         answer.ParseFromString(payload)
     except DecodeError as error:
         name = message.__name__
-        raise AnswerError(f"the daemon's answer cannot be understood: it is no {name} ({error})") from error
+        raise AnswerError(f"the daemon's answer cannot be understood: it is not a {name} ({error})") from error
     return answer

@@ -126,7 +126,7 @@ def _choose(endpoint: Endpoint, there: list[str]) -> str:
             f"no daemon answers at {where}; start one with `simd`, or name the endpoint of another"
         )
     raise EndpointError(
-        f"several daemons answer at {where}: say which of {names} is meant, as {where}#{there[0]}"
+        f"several daemons answer at {where}: choose one of {names}, as {where}#{there[0]}"
     )
 
 

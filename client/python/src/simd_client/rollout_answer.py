@@ -72,7 +72,7 @@ class Gathered:
         begin = self._filled[index]
         end = begin + len(numbers)
         if end > len(self._arrays[index]):
-            raise AnswerError("the daemon's answer cannot be understood: a rollout has more than was said")
+            raise AnswerError("the daemon's answer cannot be understood: a rollout has more values than announced")
         self._arrays[index][begin:end] = numbers
         self._filled[index] = end
 

@@ -86,7 +86,7 @@ def why_not(endpoint: Endpoint, settings: zenoh.Config) -> str | None:
     host = host.strip("[]")
     if endpoint.locator.startswith("tcp/"):
         speaks_tls = _shake(host, port, _careless()) is None
-        return f"what listens at {address} speaks TLS: its endpoint is tls/{address}" if speaks_tls else None
+        return f"the server at {address} uses TLS: its endpoint is tls/{address}" if speaks_tls else None
     if not endpoint.locator.startswith("tls/"):
         return None
     ca, certificate, key = _of(_files(settings))
@@ -113,7 +113,7 @@ def why_not(endpoint: Endpoint, settings: zenoh.Config) -> str | None:
             )
         return f"{where} does not accept the certificate {certificate} ({error.reason})"
     if isinstance(error, (ssl.SSLError, TimeoutError, ConnectionResetError)):
-        return f"what listens at {address} does not speak TLS: without it the endpoint is tcp/{address}"
+        return f"the server at {address} does not use TLS: without TLS the endpoint is tcp/{address}"
     return None
 
 

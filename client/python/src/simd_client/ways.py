@@ -36,11 +36,11 @@ def find(endpoint: Endpoint, timeout: float, ca: str | None) -> Endpoint:
         return Endpoint(locator, name)
     if document.get("zenoh"):
         raise EndpointError(
-            f"the daemon at {endpoint.locator} is reached over Zenoh from its own machine only: start it with "
+            f"the daemon at {endpoint.locator} serves Zenoh only to its own machine: start it with "
             "`--zenoh tcp/0.0.0.0:7447`"
         )
     raise EndpointError(
-        f"the daemon at {endpoint.locator} is not reached over Zenoh, which this client speaks: start it without `--zenoh off`"
+        f"the daemon at {endpoint.locator} does not serve Zenoh, which this client needs: start it without `--zenoh off`"
     )
 
 

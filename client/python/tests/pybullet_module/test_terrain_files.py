@@ -143,8 +143,8 @@ def test_terrain_gets_other_heights_in_place(bullet: Any, script: ModuleType) ->
     assert found[1] == pytest.approx(found[0], abs=NEAR)
     ball = script.createCollisionShape(script.GEOM_SPHERE, radius=1)
     for number, data, said in (
-        (ball, second, "is no height field"),
-        (77, second, "is no height field"),
+        (ball, second, "is not a height field"),
+        (77, second, "is not a height field"),
         (shape, second[:8], "has 5 by 4 heights, and not 2 by 4"),
     ):
         count = len(data) // columns

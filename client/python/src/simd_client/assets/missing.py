@@ -32,7 +32,7 @@ class Why(Enum):
 
 
 _PHRASES = {
-    Why.MISSING: "names no file that is there",
+    Why.MISSING: "names a file that does not exist",
     Why.EMPTY: "is empty",
     Why.XACRO: "is an unexpanded xacro expression: run `xacro` on the file first",
     Why.NULL: "holds a null character",
@@ -40,7 +40,7 @@ _PHRASES = {
     Why.SCHEME: "has a scheme other than package, model and file",
     Why.NO_FILE: "names a package and no file in it",
     Why.NO_PACKAGE: "names no package",
-    Why.WINDOWS: "is a path of a Windows disk, which means nothing to others",
+    Why.WINDOWS: "is a path on a Windows disk, which other machines do not have",
     Why.CLIMBS_OUT: "climbs out of the robot's package with `..`",
     Why.ABSOLUTE_OUTSIDE: "is an absolute path outside of the robot's package",
     Why.LINK_LEADS_OUT: "leads out of the robot's package through a symbolic link",

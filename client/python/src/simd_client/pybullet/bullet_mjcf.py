@@ -121,7 +121,7 @@ def models(document: ElementTree.Element, find: Find, has_colors: bool) -> list[
     """Returns the bodies of a file, in its order.
 
     Raises:
-        ValueError: for text that is no number, and a name that two bodies have.
+        ValueError: for text that is not a number, and a name that two bodies have.
     """
     return _Reader(document, find, has_colors).models
 

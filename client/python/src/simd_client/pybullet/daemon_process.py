@@ -72,7 +72,7 @@ def binary() -> Path:
     named = os.environ.get("SIMD_BINARY")
     if named:
         if not Path(named).is_file():
-            raise error(f"SIMD_BINARY names {named}, which is not there")
+            raise error(f"SIMD_BINARY names {named}, which does not exist")
         return Path(named)
     installed = _installed()
     if installed is not None:

@@ -262,7 +262,7 @@ def _settled(value: float, name: str) -> float:
     """Clamps a value to the daemon's maximum.
 
     Raises:
-        error: for what is no number, which nothing can come back from.
+        error: for what is not a number, which nothing can come back from.
     """
     number = float(value)
     if number != number:

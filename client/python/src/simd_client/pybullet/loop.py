@@ -265,7 +265,7 @@ class Loop(Readings):
     def set_time_step(self, seconds: float) -> None:
         """Sets any positive time step, as in PyBullet: a longer one is several of the daemon's steps."""
         if not 0.0 < seconds < math.inf:
-            print(f"simd: a time step of {seconds:g} s is none; it stays {self.time_step:g} s", file=sys.stderr)
+            print(f"simd: a time step of {seconds:g} s is not valid; it stays {self.time_step:g} s", file=sys.stderr)
             return
         count = min(math.ceil(seconds / _LONGEST - 1e-9), _MOST_STEPS)
         self.steps_at_once = max(count, 1)

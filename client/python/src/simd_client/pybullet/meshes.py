@@ -50,7 +50,7 @@ def read(function: str, path: Path, is_concave: bool) -> Mesh:
         error: if it cannot be read, or is of no format that the daemon reads.
     """
     if path.suffix.lower() not in _FORMATS:
-        raise error(f"{function}: {path.name} is none of {', '.join(_FORMATS)}")
+        raise error(f"{function}: {path.name} is not one of {', '.join(_FORMATS)}")
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise error(f"{function}: {path.name} has more than 256 MiB")

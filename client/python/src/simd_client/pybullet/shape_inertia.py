@@ -100,7 +100,7 @@ def of_link(
 ) -> Vector | None:
     """Returns the diagonal of a link of this mass about its centre of mass, in the axes of its inertia.
     Bullet computes it from the collision shapes, with a collision margin. `None` if their size is unknown, or
-    is no number."""
+    is not a number."""
     shapes = [_shape(collision, locate, has_round_cylinders) for collision in link.iterfind("collision")]
     known = [shape for shape in shapes if shape is not None]
     if len(known) < len(shapes):

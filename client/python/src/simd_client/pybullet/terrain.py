@@ -57,7 +57,7 @@ def replace(world: World, function: str, number: int, heights: Any, rows: int, c
     parts = world.collision_shapes.get(number)
     old = parts[0].mesh if len(parts) == 1 else None
     if old is None or not old.samples[0]:
-        raise error(f"{function}: replaceHeightfieldIndex {number} is no height field")
+        raise error(f"{function}: replaceHeightfieldIndex {number} is not a height field")
     if old.samples != (rows, columns):
         raise error(f"{function}: height field {number} has {old.samples[0]} by {old.samples[1]} heights, and not {rows} by {columns}")
     mesh = meshes.of_heights(function, heights, rows, columns, old.middle)
@@ -131,7 +131,7 @@ class _Picture:
                 if color not in _CHANNELS or depth not in (1, 2, 4, 8, 16):
                     raise ValueError(f"no picture has the type of colour {color} with {depth} bits")
                 if interlace:
-                    raise ValueError("it is interlaced: save it without")
+                    raise ValueError("it is interlaced: save it without interlacing")
             elif kind == b"PLTE":
                 palette = body
             elif kind == b"IDAT":
