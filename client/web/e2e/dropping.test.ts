@@ -80,7 +80,7 @@ test("a zip that is dropped is opened, and its meshes are found", async () => {
 test("a zip that is none, and one that would fill the memory, are refused in words", async () => {
   const input = tab.page.getByTestId("file-input").first();
   await input.setInputFiles(await write("arm.zip", "<robot/>"));
-  await expect.poll(toasts).toContain("arm.zip is no zip");
+  await expect.poll(toasts).toContain("arm.zip is not a zip file");
   await input.setInputFiles(await write("bomb.zip", zipOf([{ name: "d/a.urdf", bytes: Buffer.alloc(2 << 20, " ") }])));
   await expect.poll(toasts).toContain("d/a.urdf in bomb.zip is more than 250 times as long as it is packed");
   expect(await names()).toEqual([]);

@@ -216,7 +216,7 @@ test("a file is played from this machine; what is no recording is refused with a
   };
   const says = (text: RegExp) => expect.poll(() => tab.page.getByTestId("toast").allTextContents()).toContainEqual(expect.stringMatching(text));
   await open("text.mcap", new TextEncoder().encode("no recording"));
-  await says(/text\.mcap cannot be shown: it is no file of MCAP\./);
+  await says(/text\.mcap cannot be shown: it is not a file of MCAP\./);
   await open("begun.mcap", bytes.subarray(0, 200));
   await says(/begun\.mcap cannot be shown: it has no states/);
   await open("cut.mcap", bytes.subarray(0, bytes.length - 50));

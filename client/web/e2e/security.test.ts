@@ -50,7 +50,7 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   for (const [role, ids] of Object.entries(forbidden)) {
     for (const id of ids) {
       expect(await page.getByTestId(id).first().isDisabled(), id).toBe(true);
-      expect(await page.getByTestId(id).first().getAttribute("title"), id).toContain(`this takes that of an ${role}`);
+      expect(await page.getByTestId(id).first().getAttribute("title"), id).toContain(`this needs the role ${role}`);
     }
   }
   await page.getByTestId("clients").click();

@@ -21,7 +21,7 @@ export function BuildMenu({ close }: { close: () => void }): JSX.Element {
     close();
     run();
   };
-  const remove = (robot: string): void => askFirst(`Remove ${robot}`, `${robot} is taken out of the world, for everybody.`, "Remove it", () => void takeOut(robot));
+  const remove = (robot: string): void => askFirst(`Remove ${robot}`, `${robot} is removed from the world, for everybody.`, "Remove it", () => void takeOut(robot));
   return (
     <div class="view-menu build-menu" data-testid="build-menu">
       <Item icon="plus" testId="build-add" text="Add a shape or ground …" whyNot={whyNotAdd} run={then(() => (tool.value = { kind: "add" }))} />

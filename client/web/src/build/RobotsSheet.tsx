@@ -107,7 +107,7 @@ function RobotLine({ name, indented }: { name: string; indented: boolean }): JSX
   const whyNot = robot ? whyNotRemove(robot) : whyNotAll.value;
   const remove = (): void => {
     tool.value = null;
-    askFirst(`Remove ${name}`, `${name} is taken out of the world, for everybody.`, "Remove it", () => void takeOut(name));
+    askFirst(`Remove ${name}`, `${name} is removed from the world, for everybody.`, "Remove it", () => void takeOut(name));
   };
   return (
     <>
@@ -129,10 +129,10 @@ function RobotLine({ name, indented }: { name: string; indented: boolean }): JSX
         {robot?.axes.length ?? 0} axes · {shortened(robot?.mass ?? 0)} kg
       </span>
       <Eye names={[name]} label={name} />
-      <button type="button" class="button quiet sign" aria-label={`Duplicate ${name}`} title={whyNotAll.value || "Bring in one more of it"} disabled={whyNotAll.value !== ""} onClick={() => void duplicate(name)}>
+      <button type="button" class="button quiet sign" aria-label={`Duplicate ${name}`} title={whyNotAll.value || "Add another copy of it"} disabled={whyNotAll.value !== ""} onClick={() => void duplicate(name)}>
         <Icon name="copy" />
       </button>
-      <button type="button" class="button quiet sign" aria-label={`Remove ${name}`} title={whyNot || "Take it out of the world"} disabled={whyNot !== ""} onClick={remove}>
+      <button type="button" class="button quiet sign" aria-label={`Remove ${name}`} title={whyNot || "Remove it from the world"} disabled={whyNot !== ""} onClick={remove}>
         <Icon name="remove" />
       </button>
     </>

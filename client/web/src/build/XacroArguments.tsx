@@ -37,7 +37,7 @@ export function XacroArguments({ file, name: of, values, onChange }: Properties)
             type="text"
             class="filter"
             data-testid={`load-arg-${name}`}
-            placeholder={preset ?? "has to be given"}
+            placeholder={preset ?? "required"}
             title={preset === undefined ? `${name} has no default` : `${name}; left empty it is "${preset}"`}
             required={preset === undefined}
             autocomplete="off"

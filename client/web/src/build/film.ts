@@ -42,7 +42,7 @@ export function toggleFilm(): void {
 export async function beginFilmOfSteps(): Promise<void> {
   const loaded = await import("./film-steps").catch(() => undefined);
   if (loaded) await loaded.filmSteps();
-  else toast("error", "What makes videos could not be loaded from the daemon; try again once it answers.");
+  else toast("error", "The video encoder could not be loaded from the daemon; try again once it answers.");
 }
 
 function begin(): void {

@@ -42,7 +42,7 @@ test("a daemon that does not answer ends no claim, and one that knows no such cl
   refusal = new ConnectError("it does not answer", Code.Unavailable);
   await renew();
   expect([...claimedHere.value]).toEqual(["arm"]);
-  refusal = new ConnectError("there is no such claim", Code.NotFound);
+  refusal = new ConnectError("this claim does not exist", Code.NotFound);
   await renew();
   expect([...claimedHere.value]).toEqual([]);
   expect(toasts.value.map(({ sentence }) => sentence).join()).toContain("arm is no longer claimed by this page");

@@ -49,7 +49,7 @@ export async function renew(): Promise<void> {
       // The claim has ended, or its robot is gone.
       if (!(error instanceof ConnectError) || error.code !== Code.NotFound) continue;
       keep(what, undefined);
-      toast("info", `${what === WORLD ? "The world" : what} is no longer claimed by this page: another has taken it over, or this page was away for too long.`);
+      toast("info", `${what === WORLD ? "The world" : what} is no longer claimed by this page: another client took it over, or this page was away for too long.`);
     }
   }
 }

@@ -13,8 +13,8 @@ test("a message that begins with a name is not capitalised", () => {
 });
 
 test("what a role forbids is said without the method that was called", () => {
-  const refusal = new ConnectError("the token of anna is that of a viewer, and SetJointTargets needs an operator", Code.PermissionDenied);
-  expect(messageOf(refusal)).toBe("Your token is a viewer’s: this takes that of an operator.");
+  const refusal = new ConnectError("the token of anna has the role viewer, and SetJointTargets needs the role operator", Code.PermissionDenied);
+  expect(messageOf(refusal)).toBe("Your token has the role viewer, and this needs the role operator.");
 });
 
 test("a failed fetch means that the daemon does not answer", () => {

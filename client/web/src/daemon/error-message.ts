@@ -2,11 +2,11 @@
 import { Code, ConnectError } from "@connectrpc/connect";
 
 /** The daemon names the method that a role forbids; users of the page see buttons. */
-const ROLE = /^the token of .+ is that of (an?) (\w+), and \S+ needs (an? \w+)$/;
+const ROLE = /^the token of .+ (has the role \w+), and \S+ (needs the role \w+)$/;
 
 /** Returns the daemon's message, or without one, the meaning of the failure. */
 export function messageOf(error: unknown): string {
-  if (error instanceof ConnectError && isFromDaemon(error)) return sentence(ROLE.test(error.rawMessage) ? error.rawMessage.replace(ROLE, "your token is $1 $2’s: this takes that of $3") : error.rawMessage);
+  if (error instanceof ConnectError && isFromDaemon(error)) return sentence(ROLE.test(error.rawMessage) ? error.rawMessage.replace(ROLE, "your token $1, and this $2") : error.rawMessage);
   if (error instanceof ConnectError && error.code === Code.DeadlineExceeded) return "The daemon did not answer in time.";
   if (error instanceof ConnectError || isNetworkFailure(error)) return "The daemon does not answer.";
   return error instanceof Error ? sentence(error.message) : String(error);

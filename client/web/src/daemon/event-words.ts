@@ -19,9 +19,9 @@ export function wordsOf({ kind }: Event): Words {
     case "entityDeleted":
       return plain(`${kind.value.robot} was removed`);
     case "entityReloaded":
-      return plain(`${kind.value.robot} was loaded anew`);
+      return plain(`${kind.value.robot} was reloaded`);
     case "entityDisabled":
-      return warning(`${kind.value.robot} was taken out of the simulation: ${kind.value.reason}`);
+      return warning(`${kind.value.robot} was disabled: ${kind.value.reason}`);
     case "simulationStateChanged":
       return plain(`The world ${STATES[kind.value.state] ?? "changed its state"}`);
     case "simulationReset": {
@@ -101,8 +101,8 @@ const RELEASES: Partial<Record<ReleaseCause, string>> = {
 const DELETIONS: Partial<Record<ConstraintDeletionCause, string>> = {
   [ConstraintDeletionCause.DELETED]: "was removed",
   [ConstraintDeletionCause.BROKE]: "broke at its maximal force",
-  [ConstraintDeletionCause.ROBOT_DELETED]: "went with its robot",
-  [ConstraintDeletionCause.LINK_GONE]: "went: the robot that was loaded anew has no such link",
+  [ConstraintDeletionCause.ROBOT_DELETED]: "was removed with its robot",
+  [ConstraintDeletionCause.LINK_GONE]: "was removed: the reloaded robot has no such link",
 };
 
 const LOCKSTEPS: Partial<Record<LockstepCause, string>> = {

@@ -24,7 +24,7 @@ const PHRASES: Record<MissingReason, string> = {
   scheme: "has a scheme other than package, model and file",
   no_file: "names a package and no file in it",
   no_package: "names no package",
-  windows: "is a path of a Windows disk, which other machines do not have",
+  windows: "is a path on a Windows disk, which other machines do not have",
   climbs_out: "climbs out of the robot's package with `..`",
   absolute_outside: "is an absolute path outside of the robot's package",
   not_a_mesh: "is not a mesh or an image by its name",

@@ -64,7 +64,7 @@ async function entriesOf(zip: File, limits: ZipLimits): Promise<Entry[]> {
   const tail = await viewOf(zip, Math.max(0, zip.size - END_BYTES - MAX_COMMENT), zip.size);
   let end = tail.byteLength - END_BYTES;
   while (end >= 0 && tail.getUint32(end, true) !== SIGNATURES.end) end -= 1;
-  if (end < 0) throw new Error(`${zip.name} is no zip, or its end is missing.`);
+  if (end < 0) throw new Error(`${zip.name} is not a zip file, or is cut off.`);
   const count = tail.getUint16(end + 10, true);
   const bytes = tail.getUint32(end + 12, true);
   const from = tail.getUint32(end + 16, true);

@@ -61,7 +61,7 @@ function Row({ constraint }: { constraint: Constraint }): JSX.Element {
           data-testid="remove-constraint"
           aria-label={`Remove ${name}`}
           aria-expanded={asks}
-          title={whyNotChange.value || "Let these links go"}
+          title={whyNotChange.value || "Remove this constraint"}
           disabled={whyNotChange.value !== ""}
           onFocus={hover(true)}
           onBlur={hover(false)}
@@ -77,7 +77,7 @@ function Row({ constraint }: { constraint: Constraint }): JSX.Element {
       </p>
       {asks && (
         <p class="recording-ask">
-          Its links are let go, for everybody.
+          It is removed, for everybody.
           <button type="button" class="button danger" data-testid="remove-surely" onClick={() => void deleteConstraint(name)}>
             Remove {name}
           </button>

@@ -17,8 +17,8 @@ export function Guide(): JSX.Element {
           )}
           {to.asksToken && (
             <>
-              It asks for a token: <code>token.txt</code> has it in its first line. Loading takes that of an admin
-              {role.value !== "admin" && `, and yours is ${role.value === "viewer" ? "a viewer’s" : "an operator’s"}`}; <code>simctl token add NAME --role admin</code> makes one where the daemon runs.
+              It asks for a token: <code>token.txt</code> has it in its first line. Loading needs a token with the role admin
+              {role.value !== "admin" && `, and yours has the role ${role.value}`}; <code>simctl token add NAME --role admin</code> makes one where the daemon runs.
             </>
           )}
         </p>

@@ -31,7 +31,7 @@ test("a paused world, a limit and a saturated actuator are said with their numbe
 test("what blocks a joint is named, and said before the effort that it takes", () => {
   expect(whatHolds({ ...free, flags: 1, blockedBy: "crate" })).toEqual({
     word: "blocked by crate",
-    sentence: "crate touches what the joint moves, and keeps it from its target",
+    sentence: "crate blocks it: it touches a link that this joint moves",
   });
 });
 

@@ -40,11 +40,11 @@ const HOLDS: readonly ((situation: Situation) => Hold | undefined)[] = [
     const limit = isLower ? axis.lower : axis.upper;
     return { word: "at limit", sentence: `It is at its ${isLower ? "lower" : "upper"} limit${limit === undefined ? "" : `, ${Number(limit.toPrecision(4))} ${axis.kind === "angle" ? "rad" : "m"}`}` };
   },
-  ({ blockedBy }) => (blockedBy === "" ? undefined : { word: `blocked by ${blockedBy}`, sentence: `${blockedBy} touches what the joint moves, and keeps it from its target` }),
+  ({ blockedBy }) => (blockedBy === "" ? undefined : { word: `blocked by ${blockedBy}`, sentence: `${blockedBy} blocks it: it touches a link that this joint moves` }),
   ({ axis, flags }) => {
     if (!(flags & SATURATED)) return undefined;
     const most = axis.effortLimit === undefined ? "" : `, ${Number(axis.effortLimit.toPrecision(4))} ${axis.kind === "angle" ? "N m" : "N"},`;
-    return { word: "saturated", sentence: `Its actuator gives all that it may${most} and that is not enough: a load, or what is in its way, is stronger` };
+    return { word: "saturated", sentence: `Its actuator is at its maximum effort${most}: the load or an obstacle is stronger` };
   },
 ];
 

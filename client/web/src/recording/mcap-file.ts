@@ -152,8 +152,8 @@ class Window {
 /** First check of a file: it is a recording, in a known format. */
 async function checkFormat(source: Source): Promise<void> {
   const bytes = await source.read(0, Math.min(BEGINNING, source.size));
-  if (bytes.length < MCAP_MAGIC.length || !MCAP_MAGIC.every((byte, at) => bytes[at] === byte)) throw new Error("it is no file of MCAP");
-  const foreign = "it is a file of MCAP, but no recording of simd";
+  if (bytes.length < MCAP_MAGIC.length || !MCAP_MAGIC.every((byte, at) => bytes[at] === byte)) throw new Error("it is not a file of MCAP");
+  const foreign = "it is an MCAP file, but not a recording of simd";
   const reader = new McapStreamReader();
   let format: string | undefined;
   try {

@@ -110,8 +110,8 @@ test("flipped bytes anywhere give a sentence, or a recording", async () => {
 
 test("other files are refused with a sentence", async () => {
   const text = new TextEncoder().encode("This is no recording, but a text about one.");
-  await expect(open(text as Uint8Array<ArrayBuffer>)).rejects.toThrow("it is no file of MCAP");
-  await expect(open(new Uint8Array(0))).rejects.toThrow("it is no file of MCAP");
+  await expect(open(text as Uint8Array<ArrayBuffer>)).rejects.toThrow("it is not a file of MCAP");
+  await expect(open(new Uint8Array(0))).rejects.toThrow("it is not a file of MCAP");
   await expect(open(await recording({ format: "" }))).rejects.toThrow("no recording of simd");
   await expect(open(await recording({ format: "6" }))).rejects.toThrow("made by a newer release");
   expect((await open(await recording({ format: "5" }))).count).toBe(100);

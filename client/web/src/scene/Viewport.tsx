@@ -47,7 +47,7 @@ function begin(holder: HTMLDivElement, canvas: HTMLCanvasElement): (() => void) 
   size.observe(holder);
   fill();
   const lost = () => {
-    problem.value = "The browser has taken the graphics away from this page. The picture comes back when it gives them again; if it does not, reload the page. Everything else works.";
+    problem.value = "The browser stopped the graphics of this page. The picture returns when the browser restores them; if it does not, reload the page. Everything else works.";
   };
   // Registered after the renderer, which listens too.
   const restored = () => {

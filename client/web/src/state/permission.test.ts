@@ -25,7 +25,7 @@ test("a viewer sees which role a change takes", () => {
 test("an operator moves robots, and is refused what concerns all", () => {
   role.value = "operator";
   expect([whyNotChange.value, whyNotRobot(arm), whyNotJoint({ label: "elbow", claimedBy: "" })]).toEqual(["", "", ""]);
-  for (const why of [whyNotAll.value, whyNotRemove(arm), whyNotStep.value, whyNotWorld.value]) expect(why).toContain("an operator’s: this takes that of an admin");
+  for (const why of [whyNotAll.value, whyNotRemove(arm), whyNotStep.value, whyNotWorld.value]) expect(why).toContain("the role operator; this needs the role admin");
 });
 
 test("another's claim names its holder and what is claimed, and an own claim forbids nothing", () => {

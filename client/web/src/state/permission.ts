@@ -1,4 +1,4 @@
-// Reason why this page may not change something: its token is a viewer's, or another client has claimed it. Empty if
+// Reason why this page may not change something: its token has the role viewer, or another client has claimed it. Empty if
 // it may.
 import { computed, signal, type ReadonlySignal } from "@preact/signals";
 import { robots, role, simulation, type Axis, type Robot } from "./world";
@@ -7,12 +7,12 @@ import { robots, role, simulation, type Axis, type Robot } from "./world";
 export const ownName = signal("");
 
 /** Reason why this page may change nothing at all. */
-export const whyNotChange: ReadonlySignal<string> = computed(() => (role.value === "viewer" ? "Your token is a viewer’s, which may look only: this takes that of an operator" : ""));
+export const whyNotChange: ReadonlySignal<string> = computed(() => (role.value === "viewer" ? "Your token has the role viewer, which can only look; this needs the role operator" : ""));
 
 /** Reason against changes for all clients: the list of robots, how the world runs, its saved states. */
 export const whyNotAll: ReadonlySignal<string> = computed(() => {
   if (role.value === null || role.value === "admin") return "";
-  return `Your token is ${role.value === "viewer" ? "a viewer’s, which may look only" : "an operator’s"}: this takes that of an admin`;
+  return `Your token has the role ${role.value === "viewer" ? "viewer, which can only look" : "operator"}; this needs the role admin`;
 });
 
 /** Whether a claim belongs to another client. */

@@ -40,6 +40,6 @@ export function takePicture(width: number, height: number): Promise<Blob> {
     };
     pictureRequest.value = { width, height, taken };
     pictureRequest.value = null;
-    if (!answered) reject(new Error("Nothing is drawn, of which there could be a picture."));
+    if (!answered) reject(new Error("There is no picture to save: nothing is drawn."));
   });
 }
