@@ -338,7 +338,7 @@ impl Write for Line<'_> {
         if self.is_left_out {
             return Ok(text.len());
         }
-        // JSON is for programs, and has escapes of its own.
+        // JSON is for programs, and has its escapes.
         let is_json = self.shared.is_json.load(Ordering::Relaxed);
         let shown = if is_json { Cow::Borrowed(text) } else { shown(text) };
         self.shared.push(&self.shared.prefixed(self.level, shown), CAPACITY);

@@ -36,7 +36,7 @@ async fn rays_are_cast_one_by_one_or_by_a_file_and_pass_what_a_mask_leaves_out()
     assert_eq!(robots, [&json!("high"), &Value::Null, &json!("low")]);
     assert_eq!(hits[0], hit, "a ray of a file is as one alone");
     assert!(hits[2]["normal"][0].as_f64().unwrap() < -1.0 + 1e-9, "{hits}");
-    // The same from standard input, for people.
+    // Standard input gives the same, for people.
     let said = daemon.shell(&format!("simctl contact ray --rays - --mask 4 < {file}"), &repository()).await;
     assert_eq!((said.code, said.err.as_str()), (0, ""));
     let lines: Vec<Vec<&str>> = said.out.lines().map(|line| line.split_whitespace().collect()).collect();

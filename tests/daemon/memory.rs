@@ -38,7 +38,7 @@ async fn calls_beyond_the_memory_limit_are_refused_and_the_world_is_saved() {
     let Some(refused) = refused else { panic!("no upload was refused") };
     assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
     assert!(refused.to_string().contains("service.memory_limit"), "{refused}");
-    // The daemon goes on, and calls that take no memory with it.
+    // The daemon continues, and so do calls that take no memory.
     client.pause().await.unwrap();
     soon("the world in a file", async {
         while !file.exists() {

@@ -136,7 +136,7 @@ fn the_drop_in_allows_all_that_realtime_asks_for() {
     }
 }
 
-/// Where systemd is: below 2.0 it calls a service well confined.
+/// Needs systemd, which calls a service below 2.0 well confined.
 #[tokio::test]
 async fn units_are_confined() {
     let home = Home::new();

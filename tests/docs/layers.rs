@@ -1,4 +1,5 @@
-//! Modules import downwards only, in the order that the root of each crate lists.
+//! Modules import downwards only, in the order that the root of each crate lists. Crates without IO do none, and no
+//! program is executed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -80,6 +81,27 @@ const SIMULATION: Layers = Layers {
     ],
 };
 
+/// Paths that the code below a folder does not name, tests excepted.
+const WITHOUT: [(&str, &[&str]); 5] = [
+    (
+        "server/core/src",
+        &[
+            "std::env",
+            "std::fs",
+            "std::net",
+            "std::process",
+            "std::thread",
+            "time::Instant",
+            "SystemTime",
+            "tokio::",
+        ],
+    ),
+    ("server/model/src", &["std::env", "std::fs", "std::net", "std::process", "std::thread", "tokio::"]),
+    ("cli/src", &["process::Command"]),
+    ("client", &["process::Command"]),
+    ("server", &["process::Command"]),
+];
+
 impl Layers {
     /// Returns the number of a module's line.
     fn of(&self, module: &str) -> Option<usize> {
@@ -97,14 +119,12 @@ impl Layers {
             let name = file.strip_prefix(&folder).unwrap().to_str().unwrap().replace('\\', "/");
             let module = name.split('/').next().unwrap().trim_end_matches(".rs");
             // Tests may join the layers that they test.
-            let is_test = name.contains("tests") || name.contains("test_world");
-            if is_test || ["lib", "main", "mod"].contains(&module) {
+            if is_test(&name) || ["lib", "main", "mod"].contains(&module) {
                 continue;
             }
             let own = self.of(module).unwrap_or_else(|| panic!("{name} is in no layer"));
             let text = fs::read_to_string(&file).unwrap();
-            let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
-            for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+            for line in code(&text) {
                 // `super` of a file beside the module's root is that root; of a deeper one it is the module.
                 let outside = if name.contains('/') { None } else { Some("super::") };
                 for other in
@@ -127,11 +147,24 @@ impl Layers {
     }
 }
 
+fn is_test(name: &str) -> bool {
+    name.contains("tests") || name.contains("test_world")
+}
+
+/// Returns the lines of a source without comments and without its module of tests.
+fn code(text: &str) -> impl Iterator<Item = &str> {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    code.lines().filter(|line| !line.trim_start().starts_with("//"))
+}
+
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            sources(&path, found);
+            let is_built = path.ends_with("target") || path.ends_with("node_modules");
+            if !is_built {
+                sources(&path, found);
+            }
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             found.push(path);
         }
@@ -151,5 +184,24 @@ fn imported<'a>(line: &'a str, prefix: &str) -> impl Iterator<Item = &'a str> {
 #[test]
 fn modules_import_downwards_only() {
     let wrong: Vec<String> = [SERVER, API, WORLD, CORE, SIMULATION].iter().flat_map(Layers::wrong).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn the_core_and_the_model_do_no_io_and_no_program_is_executed() {
+    let mut wrong = Vec::new();
+    for (folder, paths) in WITHOUT {
+        let mut files = Vec::new();
+        sources(&root().join(folder), &mut files);
+        assert!(files.len() > 20, "{folder} has {} sources", files.len());
+        for file in files {
+            let name = file.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
+            let text = fs::read_to_string(&file).unwrap();
+            let named = |line: &str| paths.iter().find(|path| line.contains(**path)).copied();
+            if !is_test(&name) {
+                wrong.extend(code(&text).filter_map(named).map(|path| format!("{name} names {path}")));
+            }
+        }
+    }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }

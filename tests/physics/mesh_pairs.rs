@@ -263,7 +263,7 @@ fn a_bar_goes_into_the_mouth_of_a_c_and_is_stopped_by_its_walls() {
         if shapes == MeshShapes::Hull {
             continue;
         }
-        // A saved state goes on with the same bits, here and through a file.
+        // A saved state continues with the same bits, here and through a file.
         apply(&mut world, Command::SaveState { name: "touching".into() });
         let saved = through_a_file_with(&world, "touching", MeshShapes::Mesh);
         let mut again = simd_tests::scenes::world(1e-3);

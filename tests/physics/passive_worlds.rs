@@ -167,7 +167,7 @@ fn heaps_of_random_hulls_gain_no_energy_and_come_to_rest() {
     held("heaps of random hulls gain no energy, come to rest and sleep", count, worst, &failed);
 }
 
-/// The same with bouncing and friction: simultaneous hits may add energy, which no law of restitution with
+/// With bouncing and friction, simultaneous hits may add energy, which no law of restitution with
 /// friction excludes (Kane 1984). It never exceeds the heap's initial energy of the fall. The number of
 /// sleeping bodies after six seconds is printed.
 #[test]

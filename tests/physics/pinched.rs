@@ -83,7 +83,7 @@ fn an_arm_that_hooks_around_a_post_gains_no_speed() {
     assert!(fastest > 3.0 && most >= 3, "it is pinched: {fastest} rad/s, {most} contacts");
 }
 
-/// The same from states near that one, with other targets each tenth of a second. Motors held at their limits
+/// Starts from states near that one, with other targets each tenth of a second. Motors held at their limits
 /// on the wrong side drove links to more than 30 rad/s in 230 of 300 such worlds. The worst had 873 rad/s.
 /// Now none is faster than 15 rad/s in 2,000 worlds.
 ///

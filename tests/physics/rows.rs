@@ -81,7 +81,7 @@ fn a_chain_with_enough_friction_does_not_creep() {
     assert!(first.iter().zip(&last).all(|(a, b)| (a - b).abs() < 1e-9), "{first:?} {last:?}");
 }
 
-/// The same with friction just too small at the root: it does move.
+/// If the friction is just too small, the chain moves.
 #[test]
 fn a_chain_with_too_little_friction_moves() {
     let mut model = chain(4);

@@ -28,7 +28,7 @@ pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
     through_a_file_with(world, name, MeshShapes::Hull)
 }
 
-/// The same for a world with meshes as shapes other than hulls.
+/// Like [`through_a_file`], for a world whose meshes have other shapes than hulls.
 pub(crate) fn through_a_file_with(world: &Simulation, name: &str, mesh_shapes: MeshShapes) -> Saved {
     let seen = look(world);
     let saved = seen.saved(name).unwrap().saved();

@@ -53,7 +53,7 @@ impl Place {
         Self { root: seen.roots[0].pose, joints: seen.positions.clone() }
     }
 
-    /// Where these velocities lead in a time.
+    /// Returns the state to which these velocities lead in a time.
     fn after(&self, velocities: &Velocities, time: f64) -> Self {
         let turn = DQuat::from_scaled_axis(velocities.angular * time);
         let root =
@@ -143,7 +143,7 @@ fn center(inertial: &Inertial, at: &Motion) -> (DVec3, DVec3) {
     (at.linear + w.cross(arm), acceleration)
 }
 
-/// Where and as it moves.
+/// Returns the momenta and energies of a robot with a pose and velocities.
 fn sums(model: &RobotModel, place: &Place, velocities: &Velocities, gravity: f64) -> Sums {
     let mut sums = Sums::default();
     for (link, at) in model.links.iter().zip(motions(model, place, velocities)) {

@@ -112,7 +112,7 @@ fn a_feed_forward_beyond_all_limits_gives_no_more_than_the_limit() {
     }
 }
 
-/// The same for an arm whose joints move each other.
+/// The limit also holds for an arm whose joints move each other.
 #[test]
 fn no_feed_forward_throws_an_arm() {
     for feed_forward in [1e6, 1e9, 1e12, -1e12] {

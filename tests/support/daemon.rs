@@ -42,7 +42,7 @@ impl Daemon {
         Self::paused_via(Via::Grpc).await
     }
 
-    /// The same over any transport.
+    /// Like [`Self::paused`], over any transport.
     pub async fn paused_via(via: Via) -> Self {
         Self::start_via(via, |config| config.driver.state = RunState::Paused).await
     }
@@ -55,7 +55,7 @@ impl Daemon {
         Self::start_via(Via::Grpc, change).await
     }
 
-    /// The same over any transport.
+    /// Like [`Self::start`], over any transport.
     ///
     /// # Panics
     /// Panics if it does not start: then the test has failed.

@@ -56,7 +56,7 @@ pub async fn session(mode: &str, locator: &str) -> Session {
     open(settings(mode, locator)).await
 }
 
-/// The same, with additional settings that override the others.
+/// Like [`session`], with additional settings that override the others.
 ///
 /// # Panics
 /// Panics if Zenoh does not take it: then the test has failed.

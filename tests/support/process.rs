@@ -190,7 +190,7 @@ impl Process {
         Self::start_with(["--zenoh", "off"], arguments).await
     }
 
-    /// The same for Zenoh too, with these flags for its addresses.
+    /// Like [`Self::start`], for Zenoh too, with these flags for its addresses.
     ///
     /// # Panics
     /// Panics if it does not start.
@@ -202,7 +202,7 @@ impl Process {
         Self::start_logging_to(Stdio::piped(), zenoh, arguments).await
     }
 
-    /// The same, with its stderr elsewhere than this test's.
+    /// Like [`Self::start_with`], with another stderr than this test's.
     ///
     /// # Panics
     /// Panics if it does not start.
@@ -215,7 +215,7 @@ impl Process {
         Self::start_as(&[], stderr, zenoh, arguments).await
     }
 
-    /// The same, with these variables in its environment, as a service manager sets some.
+    /// Like [`Self::start_logging_to`], with variables in its environment, as a service manager sets some.
     ///
     /// # Panics
     /// Panics if it does not start.

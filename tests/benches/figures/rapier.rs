@@ -48,7 +48,7 @@ fn pile(model: &Arc<RobotModel>, [nx, ny, nz]: [u32; 3], pitch: f64) -> Vec<(Arc
     places.map(|cell| (Arc::clone(model), at(cell))).collect()
 }
 
-/// Where bodies are with joints at 0.
+/// Returns the poses of bodies with joints at 0.
 fn at_zero(tree: &Tree) -> Vec<DPose3> {
     let mut poses: Vec<DPose3> = Vec::new();
     for body in &tree.bodies {

@@ -50,7 +50,7 @@ pub(crate) fn echo() {
     answer(stream, request, reply);
 }
 
-/// The same at a Unix socket, in a folder that is removed with it.
+/// Like [`echo`], at a Unix socket in a folder that is removed with it.
 pub(crate) fn unix_echo() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("echo.sock");
@@ -64,7 +64,7 @@ fn answer(mut stream: impl Read + Write, request: usize, reply: usize) {
     while stream.read_exact(&mut request).is_ok() && stream.write_all(&reply).is_ok() {}
 }
 
-/// The same on tokio, with the daemon's number of workers.
+/// Like [`echo`], on tokio with the daemon's number of workers.
 pub(crate) fn async_echo() {
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("a runtime");
     runtime.block_on(async {

@@ -139,7 +139,7 @@ fn what_two_wrists_feel_of_a_cube_between_them_is_what_the_cube_feels() {
     assert!((left.y + 20.0).abs() < 0.01 && (right.y - 20.0).abs() < 0.01, "{left} {right}");
 }
 
-/// The same if a step has parts: contact sensors measure the mean over them, and the wrists and inertial
+/// A step may have parts. Then contact sensors measure the mean over them, and the wrists and inertial
 /// units measure the last one. At rest the two agree: a finger that is pressed by 20 N from one side carries
 /// that and its weight.
 #[test]

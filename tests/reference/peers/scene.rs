@@ -68,7 +68,7 @@ pub(crate) struct Held {
     pub(crate) effort: Option<f64>,
 }
 
-/// Where in its limits a joint is held: bent, and away from every limit.
+/// Positions at which joints are held, as parts of their range: bent, and away from every limit.
 const BENT: [f64; 5] = [0.6, 0.4, 0.55, 0.35, 0.65];
 /// Limits of a joint without limits, rad.
 const UNLIMITED: (f64, f64) = (-3.0, 3.0);

@@ -48,7 +48,7 @@ impl Tally {
         }
     }
 
-    /// The same for tonic's result of a call.
+    /// Like [`Self::note`], for tonic's result of a call.
     pub(super) fn note_status<T>(&self, kind: &'static str, result: Result<T, Status>) -> Option<T> {
         let status = match result {
             Ok(answer) => return self.note(kind, Ok(answer)),

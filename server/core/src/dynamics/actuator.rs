@@ -314,7 +314,7 @@ pub(super) fn advance_profile<R: Real>(
     let wanted = (left / h).max(-most).min(most);
     let velocity = velocity + (wanted - velocity).max(-gain).min(gain);
     let moved = velocity * h;
-    // Within rounding of the target it is there.
+    // A setpoint within rounding of the target has arrived.
     let is_there = (left - moved).abs().le(h.splat(1e-12) * left.abs().max(h.splat(1.0)));
     (is_there.select(target, setpoint + moved), is_there.select(h.splat(0.0), velocity))
 }

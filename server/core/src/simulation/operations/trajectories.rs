@@ -311,7 +311,7 @@ impl Entity {
                 let Sample { position, velocity, acceleration: _, effort } = trajectory.sample(joint_index);
                 let (_, _, axis) = self.axis_of(trajectory.joints[joint_index].joint);
                 let present = &mut self.body.axes_mut()[axis].actuator;
-                // In place: what goes on smoothly is no interruption of it.
+                // In place: a smooth continuation does not interrupt the integrator.
                 if present.mode == Mode::Position && present.servo.is_none() {
                     (present.target, present.setpoint, present.setpoint_velocity) = (position, position, 0.0);
                     (present.velocity, present.feed_forward) = (velocity, effort);
