@@ -69,7 +69,7 @@ test("undo leaves a robot alone that another client has called the same since", 
   await daemon.entities.deleteEntity({ robot: "crate" });
   await redBox(daemon, "crate", 1);
   await tab.page.keyboard.press("Control+z");
-  await expect.poll(async () => (await tab.page.getByTestId("toast").allTextContents()).join()).toContain("Another robot is called crate now");
+  await expect.poll(async () => (await tab.page.getByTestId("toast").allTextContents()).join()).toContain("Another robot now has the name crate");
   expect(await names(daemon)).toEqual(["crate"]);
 });
 

@@ -108,7 +108,7 @@ export function AddSheet(): JSX.Element {
 
 function Lengths({ form, set }: { form: ShapeForm; set: (change: Partial<ShapeForm>) => void }): JSX.Element | null {
   const { kind, size, radius, length } = form;
-  if (kind === "plane") return <p class="hint">All below it is solid. A plane is for the base of the world: it cannot move.</p>;
+  if (kind === "plane") return <p class="hint">Everything below it is solid. A plane cannot move.</p>;
   if (kind === "box" || kind === "heights") {
     const labels = kind === "box" ? ["x", "y", "z"] : ["along x", "along y", "highest"];
     return (

@@ -20,13 +20,13 @@ const BASES = [
 ] as const;
 
 const MESHES = [
-  ["mesh", "mesh where it cannot move, else hull"],
+  ["mesh", "mesh if it cannot move, else hull"],
   ["hull", "convex hulls"],
   ["parts", "convex parts (slow for large meshes)"],
 ] as const;
 
 /** Message if nothing in the drop can be loaded. */
-const NOTHING = "There is no .urdf file in what was dropped, nor a xacro, SDF or MJCF: drop the robot's folder or its zip, or its .urdf with its meshes.";
+const NOTHING = "The dropped files have no URDF, xacro, SDF or MJCF: drop the robot's folder or its zip, or its .urdf with its meshes.";
 
 export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   const [options, setOptions] = useState<LoadOptions>(DEFAULT_OPTIONS);
@@ -86,9 +86,9 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
               onChange={(next) => setValues({ ...values, [path]: next })}
             />
           ))}
-          {paths.length <= 1 && <NameField value={options.name} placeholder="that of the description" onChange={(name) => set({ name })} />}
+          {paths.length <= 1 && <NameField value={options.name} placeholder="from the description" onChange={(name) => set({ name })} />}
           <fieldset class="build-row">
-            <legend>{paths.length > 1 ? "Where the first stands" : "Where"}</legend>
+            <legend>{paths.length > 1 ? "Place of the first" : "Place"}</legend>
             <NumberField label="x" testId="load-x" value={at.x ?? 0} onChange={(x) => place({ x })} />
             <NumberField label="y" testId="load-y" value={at.y ?? 0} onChange={(y) => place({ y })} />
             <NumberField label="z" testId="load-z" value={at.z ?? 0} onChange={(z) => place({ z })} />

@@ -33,7 +33,7 @@ export function SavedStatesSheet(): JSX.Element {
     >
       <NewState done={refresh} />
       {problem !== "" && <p class="refusal">{problem}</p>}
-      {states?.length === 0 && <p class="hint">There are none yet. A saved state has all robots as they are, their targets and the settings of physics.</p>}
+      {states?.length === 0 && <p class="hint">No saved states yet. A saved state keeps all robots, their targets and the settings of physics.</p>}
       <ul class="recordings" data-testid="state-list">
         {states?.map((state) => (
           <Row key={state.name} state={state} done={refresh} />
@@ -56,11 +56,11 @@ function NewState({ done }: { done: () => void }): JSX.Element {
         void saveState(name.current?.value.trim() ?? "").then(done);
       }}
     >
-      <input ref={name} type="text" class="filter" aria-label="Name of the saved state" placeholder="Name, or none" data-testid="state-name" maxLength={64} autocomplete="off" spellcheck={false} />
+      <input ref={name} type="text" class="filter" aria-label="Name of the saved state" placeholder="Name (optional)" data-testid="state-name" maxLength={64} autocomplete="off" spellcheck={false} />
       <button type="submit" class="button" data-testid="state-save" title={whyNot} disabled={whyNot !== ""}>
         <Icon name="plus" /> Save the world
       </button>
-      <button type="button" class="button quiet" title={whyNot || "Take a saved state from a file of this machine"} disabled={whyNot !== ""} onClick={() => file.current?.click()}>
+      <button type="button" class="button quiet" title={whyNot || "Load a saved state from a file of this machine"} disabled={whyNot !== ""} onClick={() => file.current?.click()}>
         <Icon name="folder" /> Open a file
       </button>
       <input
@@ -86,7 +86,7 @@ function Row({ state, done }: { state: SavedState; done: () => void }): JSX.Elem
   const about = [`${simTime.toFixed(3)} s`, `${robots} ${robots === 1 ? "robot" : "robots"}`, owner === "" ? "" : `by ${owner}`];
   const restore = (): void => {
     tool.value = null;
-    askFirst(`Put back ${name}`, "The world becomes what it was then, for everybody.", "Put it back", () => void restoreState(name));
+    askFirst(`Put back ${name}`, "The world returns to this state, for everybody.", "Put it back", () => void restoreState(name));
   };
   return (
     <li data-testid={`state-${name}`}>
@@ -107,7 +107,7 @@ function Row({ state, done }: { state: SavedState; done: () => void }): JSX.Elem
       </div>
       {asks && (
         <p class="recording-ask">
-          It is forgotten, for everybody.
+          It is deleted, for everybody.
           <button type="button" class="button danger" data-testid="state-delete-surely" onClick={() => void deleteState(name).then(done)}>
             Delete {name}
           </button>

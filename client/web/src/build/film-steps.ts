@@ -41,7 +41,7 @@ async function take(canvas: HTMLCanvasElement, stop: AbortSignal): Promise<BlobP
   const size = { width: canvas.width, height: canvas.height };
   // Browsers offer encoders only to pages from secure origins.
   const codec = isSecureContext ? await getFirstEncodableVideoCodec(["vp9", "vp8"], size) : null;
-  if (codec === null) throw new Error("this browser encodes none here. It needs a recent browser, and https or a daemon on this machine.");
+  if (codec === null) throw new Error("this browser cannot encode one. It needs a recent browser, and https or a daemon on this machine.");
   const file = new FilmFile();
   const source = new CanvasSource(canvas, { codec, bitrate: QUALITY_HIGH, sizeChangeBehavior: "contain" });
   file.output.addVideoTrack(source, { frameRate: 1 / INTERVAL });
@@ -73,7 +73,7 @@ async function take(canvas: HTMLCanvasElement, stop: AbortSignal): Promise<BlobP
   }
   const { parts, problem } = await file.content();
   failure ??= problem;
-  if (failure !== undefined) toast("error", `The browser ended the video; what there is of it is saved: ${wordsOf(failure)}`);
+  if (failure !== undefined) toast("error", `The browser ended the video. The recorded part is saved: ${wordsOf(failure)}`);
   return parts;
 }
 

@@ -67,7 +67,7 @@ function begin(): void {
       end();
     }
   };
-  recorder.onerror = () => toast("error", "The browser ended the video; what there is of it is saved.");
+  recorder.onerror = () => toast("error", "The browser ended the video. The recorded part is saved.");
   recorder.onstop = () => {
     film.value = null;
     for (const track of stream.getTracks()) track.stop();

@@ -84,7 +84,7 @@ test("undo takes out what was brought in, also after a redo, and not another rob
   const { layoutVersion } = put("crate");
   await undo();
   expect(world.get("crate")).toBe(layoutVersion);
-  expect(said()).toEqual(["Adding crate cannot be undone: Another robot is called crate now."]);
+  expect(said()).toEqual(["Adding crate cannot be undone: Another robot now has the name crate."]);
 });
 
 test("a removal is redone of the robot that its undo has brought back, and of no other", async () => {
@@ -97,7 +97,7 @@ test("a removal is redone of the robot that its undo has brought back, and of no
   const { layoutVersion } = put("crate");
   await redo();
   expect(world.get("crate")).toBe(layoutVersion);
-  expect(said()[0]).toContain("Another robot is called crate now");
+  expect(said()[0]).toContain("Another robot now has the name crate");
 });
 
 test("a double is as this page asked for the robot, or of its own description where another has its name", async () => {

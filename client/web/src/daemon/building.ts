@@ -154,7 +154,7 @@ async function bringBack(name: string, request: Spawn): Promise<bigint> {
 /** Removes a robot that this page has loaded, but no later robot of another client with the same name. */
 async function removeOwn(name: string, version: bigint): Promise<void> {
   const { entity } = await services().entities.getEntityInfo({ robot: name });
-  if (entity?.layoutVersion !== version) throw new Error(`another robot is called ${name} now`);
+  if (entity?.layoutVersion !== version) throw new Error(`another robot now has the name ${name}`);
   await remove(name);
 }
 

@@ -82,7 +82,7 @@ export function wordsOf({ kind }: Event): Words {
       return plain(`${who} asked to ${deed(method)}${of}${code === 0 ? "" : ", and was refused"}`);
     }
     default:
-      return plain("Something that this page does not know; a newer one may");
+      return plain("An event of a kind that this page does not know");
   }
 }
 
@@ -117,7 +117,7 @@ const OUTCOMES: Partial<Record<TrajectoryOutcome, string>> = {
   [TrajectoryOutcome.PATH_TOLERANCE_VIOLATED]: "left its path",
   [TrajectoryOutcome.GOAL_TOLERANCE_VIOLATED]: "did not reach its goal",
   [TrajectoryOutcome.CANCELLED]: "was cancelled",
-  [TrajectoryOutcome.SUPERSEDED]: "gave way to another target",
+  [TrajectoryOutcome.SUPERSEDED]: "was replaced by another target",
 };
 
 function claimed({ robots, joints, world }: { robots: string[]; joints: string[]; world: boolean }): string {

@@ -21,7 +21,7 @@ export async function listSavedStates(): Promise<SavedState[]> {
 export function saveState(name: string): Promise<boolean> {
   return attempt(async () => {
     const { savedState } = await services().simulation.saveState({ name });
-    toast("info", `The world is kept as ${savedState?.name ?? name}.`);
+    toast("info", `The world is saved as ${savedState?.name ?? name}.`);
   });
 }
 
@@ -61,6 +61,6 @@ export function uploadState(file: File): Promise<boolean> {
     const hash = await sha256(bytes);
     await uploadFile(services().entities, hash, bytes);
     const { savedState } = await services().simulation.importSavedState({ sha256: hash });
-    toast("info", `${savedState?.name ?? file.name} is kept; put it back to go there.`);
+    toast("info", `${savedState?.name ?? file.name} is loaded; put it back to return to it.`);
   });
 }

@@ -7,9 +7,9 @@ import { toast } from "../state/toasts";
 import { clients, role, tokenName, type Role } from "../state/world";
 
 const ALLOWS: Record<Role, string> = {
-  viewer: "looks, and changes nothing",
-  operator: "moves robots and records",
-  admin: "does all: it also loads robots, plays, pauses and resets",
+  viewer: "can look, and change nothing",
+  operator: "can move robots and record",
+  admin: "can do everything: also load robots, play, pause and reset",
 };
 
 export function ClientList(): JSX.Element {
@@ -38,7 +38,7 @@ function Token({ role: own }: { role: Role }): JSX.Element {
     <div class="who" data-testid="who-am-i">
       <p>
         You are <b>{tokenName}</b>, {own === "viewer" ? "a" : "an"} <b>{own}</b>.<br />
-        <span class="hint">The token {ALLOWS[own]}.</span>
+        <span class="hint">You {ALLOWS[own]}.</span>
       </p>
       <button type="button" class="button" data-testid="log-out" title="This browser forgets the token" disabled={leaving.value} onClick={() => void logOut()}>
         Log out

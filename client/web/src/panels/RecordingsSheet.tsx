@@ -46,7 +46,7 @@ function Content(): JSX.Element {
       <NewRecording />
       {problem.value !== "" && <p class="refusal">{problem.value}</p>}
       {list.length === 0 ? (
-        <p class="hint">There are none yet. A recording has all that happens in the world, and can be played here beside it.</p>
+        <p class="hint">No recordings yet. A recording keeps everything that happens in the world, and can be played here beside it.</p>
       ) : (
         <ul class="recordings" data-testid="recording-list">
           {list.slice(0, shown).map((each) => (
@@ -73,7 +73,7 @@ function NewRecording(): JSX.Element {
   };
   return (
     <form class="new-recording" onSubmit={(event) => void start(event)}>
-      <input ref={name} type="text" class="filter" aria-label="Name of a new recording" placeholder="Name, or none for the time" data-testid="recording-name" maxLength={64} autocomplete="off" spellcheck={false} />
+      <input ref={name} type="text" class="filter" aria-label="Name of a new recording" placeholder="Name (without one: the time)" data-testid="recording-name" maxLength={64} autocomplete="off" spellcheck={false} />
       <button type="submit" class="button" data-testid="record-named" title={whyNotChange.value} disabled={beingMade.value !== undefined || whyNotChange.value !== ""}>
         <Icon name="record" /> Record
       </button>

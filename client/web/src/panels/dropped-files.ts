@@ -29,7 +29,7 @@ export function chosenFiles(list: FileList): DroppedFile[] {
 async function filesBelow(entries: FileSystemEntry[]): Promise<DroppedFile[]> {
   const files: DroppedFile[] = [];
   let waiting = [...entries];
-  const what = entries.length === 1 ? (entries[0]?.name ?? "") : "What was dropped";
+  const what = entries.length === 1 ? (entries[0]?.name ?? "") : "The dropped files";
   while (waiting.length > 0) {
     const some = waiting.splice(-AT_ONCE);
     loading.value = { what, phase: "looking for files", done: 0, total: 0, item: `${files.length} files so far; ${some[0]?.fullPath.slice(1) ?? ""}` };

@@ -134,7 +134,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["k"], shown: "K", what: "Contacts", run: toggle(contacts) },
   { keys: ["l"], shown: "L", what: "Constraints", run: toggle(constraintsShown) },
   { keys: ["d"], shown: "D", what: "Markers", run: toggle(markersShown) },
-  { keys: ["u"], shown: "U", what: "What sensors have met and seen", run: toggle(pointsShown) },
+  { keys: ["u"], shown: "U", what: "Hits and views of sensors", run: toggle(pointsShown) },
   { keys: ["q"], shown: "Q", what: "Readings of sensors", run: toggle(readingsShown) },
   { keys: ["n"], shown: "N", what: "Names of links, and who has claimed them", run: toggle(linkNames) },
   { keys: ["a"], shown: "A", what: "Axes of joints", run: toggle(jointAxes) },

@@ -13,7 +13,7 @@ export async function takeFiles(finding: Promise<DroppedFile[]>): Promise<void> 
     if (recorded.length > 0) await playFiles(recorded.map(({ file }) => file));
     else tool.value = { kind: "load", files };
   } catch (error) {
-    toast("error", `What was dropped could not be read: ${error instanceof Error ? error.message : String(error)}`);
+    toast("error", `The dropped files could not be read: ${error instanceof Error ? error.message : String(error)}`);
   } finally {
     loading.value = null;
   }

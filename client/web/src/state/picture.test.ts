@@ -14,5 +14,5 @@ test("the scene is asked for a picture of that size", async () => {
 test("a size that cannot be drawn, and a page without a scene, are said", async () => {
   await expect(takePicture(0, 480)).rejects.toThrow("not 0 by 480");
   await expect(takePicture(640, 10_000)).rejects.toThrow("8192");
-  await expect(takePicture(640, 480)).rejects.toThrow("Nothing is drawn");
+  await expect(takePicture(640, 480)).rejects.toThrow("nothing is drawn");
 });
