@@ -1,17 +1,15 @@
 // Card beside the picture with the robot or part that is being placed, and its pose in numbers.
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { noteMove, moveTo, poseOf } from "../daemon/building";
-import { messageOf } from "../daemon/error-message";
 import { Throttle } from "../daemon/throttle";
 import { Icon } from "../panels/icons";
 import { quaternionOf, rollPitchYaw } from "../state/joint-values";
 import type { Pose } from "../state/scene";
-import { toast } from "../state/toasts";
 import { placing, placingMode, type Placing } from "../state/tools";
+import { making } from "../state/undo";
 import { frame, robots, type Robot } from "../state/world";
 import { NumberField } from "./Fields";
-import { LinkPlacement } from "./placement";
+import { placed } from "./placement";
 
 export function PlaceCard(): JSX.Element | null {
   const wanted = placing.value;
@@ -104,24 +102,30 @@ function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): J
   const [asked, setAsked] = useState<Pose | null>(null);
   // One call after the other, so that the newest is the last.
   const calls = useMemo(() => new Throttle(INTERVAL), []);
-  const pending = useRef<Pose | null>(null);
-  // The requested pose is shown until the call has finished and the next state contains it.
-  const state = frame.value?.sequence;
+  const pending = useRef<{ to: Pose; since?: bigint } | null>(null);
+  // The requested pose is shown until a state contains it, so that the next arrow key starts from there.
+  const state = frame.value?.sequence ?? 0n;
+  const showState = (): void => {
+    pending.current = null;
+    setAsked(null);
+  };
   useEffect(() => {
-    if (!pending.current) setAsked(null);
+    const { since } = pending.current ?? {};
+    if (since !== undefined && state >= since) showState();
   }, [state]);
   if (!pose) return null;
   const now = asked ?? pose;
   const angles = rollPitchYaw([now[3], now[4], now[5], now[6]]);
   const set = (to: Pose): void => {
     setAsked(to);
-    pending.current = to;
-    calls.next(async () => {
-      const isThere = link === undefined ? await place(robot.name, to) : await reach(robot.name, link, pose, to);
-      if (pending.current !== to) return;
-      pending.current = null;
-      if (!isThere) setAsked(null);
-    });
+    pending.current = { to };
+    const call = async (): Promise<void> => {
+      const since = await placed({ robot: robot.name, ...(link !== undefined && { link }) }).end(pose, to);
+      if (pending.current?.to !== to) return;
+      if (since === undefined || (frame.peek()?.sequence ?? 0n) >= since) showState();
+      else pending.current = { to, since };
+    };
+    void making(calls.next(call));
   };
   return (
     <>
@@ -163,23 +167,4 @@ function poseIn(robot: Robot, link: string | undefined): Pose | undefined {
   const index = link === undefined ? 0 : robot.links.indexOf(link);
   const seven = frame.value?.poses.get(robot.name)?.subarray(7 * index, 7 * index + 7);
   return seven?.length === 7 ? ([...seven] as unknown as Pose) : undefined;
-}
-
-/** Moves a robot to a pose; resolves to whether it moved. A message reports a refusal. */
-async function place(robot: string, to: Pose): Promise<boolean> {
-  try {
-    const from = await poseOf(robot);
-    await moveTo(robot, to);
-    noteMove(robot, from, to);
-    return true;
-  } catch (error) {
-    toast("error", messageOf(error));
-    return false;
-  }
-}
-
-/** Moves a link to a position by its joints, as near as they can; states show the result. */
-async function reach(robot: string, link: string, from: Pose, to: Pose): Promise<false> {
-  await new LinkPlacement(robot, link).end(from, to);
-  return false;
 }

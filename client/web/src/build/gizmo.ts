@@ -4,6 +4,7 @@ import { TransformControls } from "three/examples/jsm/controls/TransformControls
 import { Throttle } from "../daemon/throttle";
 import type { Pose, RobotScene } from "../state/scene";
 import { handleHeld, type Placing } from "../state/tools";
+import { making } from "../state/undo";
 import type { HandleScene } from "../scene/handles";
 import { placed, type Placement } from "./placement";
 
@@ -82,7 +83,7 @@ export class Gizmo {
     const { drag } = this;
     this.drag = null;
     const to = this.pose();
-    if (drag) this.calls.next(() => drag.placement.end(drag.from, to));
+    if (drag) void making(this.calls.finish(() => drag.placement.end(drag.from, to)));
     this.at.changed();
   }
 
@@ -90,7 +91,7 @@ export class Gizmo {
     const { drag } = this;
     if (!drag) return;
     const to = this.pose();
-    this.calls.next(() => drag.placement.to(to, drag.from));
+    void this.calls.next(() => drag.placement.to(to, drag.from));
   }
 
   private pose(): Pose {

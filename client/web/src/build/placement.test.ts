@@ -2,24 +2,44 @@
 import { createRouterTransport } from "@connectrpc/connect";
 import { expect, test, vi } from "vitest";
 import { servicesOver } from "../daemon/services";
-import { JointService } from "../gen/simd/v1/joint_pb";
+import { EntityService } from "../gen/simd/v1/entity_pb";
+import { JointMode, JointService } from "../gen/simd/v1/joint_pb";
+import { SimulationService, SimulationState } from "../gen/simd/v1/simulation_pb";
 import type { Pose } from "../state/scene";
 import { redo, undo } from "../state/undo";
-import { frame, robots, type Frame, type Robot } from "../state/world";
-import { JointPlacement, slideAlong, turnAbout } from "./placement";
+import { frame, robots, simulation, type Frame, type Robot } from "../state/world";
+import { placed, slideAlong, turnAbout } from "./placement";
 
 const targets: number[] = [];
+const resets: number[] = [];
+/** The daemon's elbow and world. */
+let elbow = 0.125;
+let state = SimulationState.PLAYING;
 const services = servicesOver(
-  createRouterTransport(({ service }) =>
+  createRouterTransport(({ service }) => {
     service(JointService, {
-      resetJoints: () => ({}),
-      setJointTargets: ({ robots }) => {
-        for (const { target } of robots[0]?.joints ?? []) if (target.case === "position") targets.push(target.value.position);
+      getJointStates: () => ({ states: { robots: [{ robot: "arm", position: [elbow], mode: [JointMode.POSITION] }] } }),
+      resetJoints: ({ robots }) => {
+        resets.push(robots[0]?.joints[0]?.position ?? NaN);
         return {};
       },
-    }),
-  ),
+      setJointTargets: ({ robots }) => {
+        for (const { target } of robots[0]?.joints ?? []) if (target.case === "position") targets.push((elbow = target.value.position));
+        return { stamp: { sequence: 7n } };
+      },
+    });
+    service(SimulationService, { getSimulationState: () => ({ state }) });
+    service(EntityService, {
+      getEntityState: () => ({ pose: { position: { x: place }, orientation: { w: 1 } } }),
+      setEntityState: ({ pose }) => {
+        place = pose?.position?.x ?? NaN;
+        return { stamp: { sequence: 9n } };
+      },
+    });
+  }),
 );
+/** Where the daemon has the robot, along x. */
+let place = 0;
 
 vi.mock("../daemon/services", async (original) => ({ ...(await original<typeof import("../daemon/services")>()), services: () => services }));
 vi.mock("../daemon/page", () => ({ daemonConnection: () => ({ pollNow: () => undefined }) }));
@@ -45,10 +65,31 @@ test("a slide is along the z of where it began", () => {
 test("a joint that was moved goes back and there again, though no state has come in between", async () => {
   const axis = { key: "arm/elbow", robot: "arm", joint: "elbow", axis: 0, label: "elbow", kind: "angle", positionIndex: 0, velocityIndex: 0, actuated: true };
   robots.value = [{ name: "arm", axes: [axis] } as unknown as Robot];
-  const joints = new Map([["arm", { position: [0.125], velocity: [0], effort: [0], target: [0], mode: ["position"], flags: [0] }]]);
+  // The page's last state and world are older than the daemon's.
+  const joints = new Map([["arm", { position: [0], velocity: [0], effort: [0], target: [0], mode: ["position"], flags: [0] }]]);
   frame.value = { sequence: 1n, joints } as unknown as Frame;
-  await new JointPlacement("arm", "elbow").end(upright, [1, 2, 3, 0, 0, Math.sin(0.25), Math.cos(0.25)]);
+  simulation.value = { ...simulation.peek(), state: "paused" };
+  const drag = placed({ robot: "arm", joint: "elbow" });
+  const turned = (angle: number): Pose => [1, 2, 3, 0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
+  await drag.to(turned(0.25), upright);
+  expect(await drag.end(upright, turned(0.5))).toBe(7n);
   await undo();
   await redo();
-  expect(targets.map((target) => Number(target.toFixed(9)))).toEqual([0.625, 0.125, 0.625]);
+  expect(targets.map((target) => Number(target.toFixed(9)))).toEqual([0.375, 0.625, 0.125, 0.625]);
+  expect(resets).toEqual([]);
+  // A paused world does not move joints to their targets.
+  state = SimulationState.PAUSED;
+  await placed({ robot: "arm", joint: "elbow" }).end(upright, turned(0.25));
+  expect(resets.map((position) => Number(position.toFixed(9)))).toEqual([0.875]);
+});
+
+test("a robot that was dragged goes back to where the daemon had it, and not to where the page drew it", async () => {
+  place = 0.5;
+  const at = (x: number): Pose => [x, 0, 0, 0, 0, 0, 1];
+  const drag = placed({ robot: "arm" });
+  await drag.to(at(1), at(0.4));
+  expect(await drag.end(at(0.4), at(2))).toBe(9n);
+  expect(place).toBe(2);
+  await undo();
+  expect(place).toBe(0.5);
 });

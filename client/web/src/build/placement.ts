@@ -1,38 +1,61 @@
 // Effects of dragging the handles: moves a robot, brings the end of an arm to a pose by inverse kinematics, or turns a joint.
 import { createClient, type Client } from "@connectrpc/connect";
 import { Quaternion, Vector3 } from "three";
-import { moveTo, noteMove, wirePose } from "../daemon/building";
+import { moveTo, noteMove, poseOf, wirePose } from "../daemon/building";
 import { messageOf, worded } from "../daemon/error-message";
+import { valuesOf } from "../daemon/mapping";
 import { daemonConnection } from "../daemon/page";
 import { services, transport } from "../daemon/services";
 import { KinematicsService } from "../gen/simd/v1/kinematics_pb";
+import { SimulationState } from "../gen/simd/v1/simulation_pb";
 import { axisValues } from "../state/joint-values";
 import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import type { Placing } from "../state/tools";
 import { changed } from "../state/undo";
-import { frame, robots, simulation, type Axis } from "../state/world";
+import { robots, type Axis } from "../state/world";
 
-/** One drag. Neither call rejects: messages report refusals. */
+/**
+ * One drag. Both calls resolve to the sequence of the first state with the result; undefined after a refusal, which a message
+ * reports.
+ */
 export interface Placement {
   /** The handles are at `to`; the drag began at `from`. world_from_link. */
-  to(to: Pose, from: Pose): Promise<void>;
+  to(to: Pose, from: Pose): Promise<bigint | undefined>;
   /** The drag has ended. */
-  end(from: Pose, to: Pose): Promise<void>;
+  end(from: Pose, to: Pose): Promise<bigint | undefined>;
 }
 
 /** Returns the placement that a drag changes. */
 export function placed({ robot, link, joint }: Placing): Placement {
   if (joint !== undefined) return new JointPlacement(robot, joint);
   if (link !== undefined) return new LinkPlacement(robot, link);
-  return {
-    to: (to) => said(() => moveTo(robot, to)),
-    end: (from, to) =>
-      said(async () => {
-        await moveTo(robot, to);
-        noteMove(robot, from, to);
-      }),
-  };
+  return new RobotPlacement(robot);
+}
+
+/** Moves a robot. The daemon says where it was: the page's last state may be older than the last move. */
+class RobotPlacement implements Placement {
+  private before: Promise<Pose> | undefined;
+
+  constructor(private readonly robot: string) {}
+
+  to(to: Pose): Promise<bigint | undefined> {
+    return said(() => this.move(to));
+  }
+
+  end(_: Pose, to: Pose): Promise<bigint | undefined> {
+    return said(async () => {
+      const sequence = await this.move(to);
+      if (this.before) noteMove(this.robot, await this.before, to);
+      return sequence;
+    });
+  }
+
+  private async move(to: Pose): Promise<bigint> {
+    this.before ??= poseOf(this.robot);
+    await this.before;
+    return moveTo(this.robot, to);
+  }
 }
 
 /** The axes of a robot that can be driven and are alone in their joints. */
@@ -48,9 +71,9 @@ const ENOUGH = 6;
 let solver: Client<typeof KinematicsService> | undefined;
 
 /** Moves a link to a pose: sets targets of the joints in a world that plays, and their positions in a paused one. */
-export class LinkPlacement implements Placement {
+class LinkPlacement implements Placement {
   private readonly axes: Axis[];
-  private readonly before: Map<string, number>;
+  private before: Promise<Sent> | undefined;
   private sent: Sent = new Map();
   private unreachable = false;
 
@@ -59,53 +82,60 @@ export class LinkPlacement implements Placement {
     private readonly link: string,
   ) {
     this.axes = drivenAxes(robot);
-    this.before = positionsOf(this.axes);
   }
 
-  to(to: Pose, from: Pose): Promise<void> {
+  to(to: Pose, from: Pose): Promise<bigint | undefined> {
     return said(async () => {
+      this.before ??= positionsOf(this.axes);
+      await this.before;
       solver ??= createClient(KinematicsService, transport());
       const { position, orientation } = wirePose(to);
       const turned = to.slice(3).some((value, index) => Math.abs(value - (from[index + 3] ?? 0)) > 1e-9);
       const target = turned || this.axes.length >= ENOUGH ? { position, orientation } : { position };
       const { positions, converged, positionError } = await solver.computeInverseKinematics({ robot: this.robot, link: this.link, target, joints: this.axes.map(({ joint }) => joint), tolerance: 1e-3, maxIterations: 100 });
       this.unreachable = !converged && positionError > 1e-2;
-      this.sent = await setJoints(this.axes, (axis) => positions[axis.positionIndex]);
+      this.sent = sentOf(this.axes, (axis) => positions[axis.positionIndex]);
+      return setJoints(this.axes, this.sent);
     });
   }
 
-  async end(from: Pose, to: Pose): Promise<void> {
-    await this.to(to, from);
+  async end(from: Pose, to: Pose): Promise<bigint | undefined> {
+    const sequence = await this.to(to, from);
+    if (sequence === undefined || !this.before) return sequence;
     if (this.unreachable) toast("info", `${this.link} cannot reach that place; its joints are as near as they can be.`);
-    noteJoints(`the joints of ${this.robot}`, this.axes, this.before, this.sent);
+    noteJoints(`the joints of ${this.robot}`, this.axes, await this.before, this.sent);
+    return sequence;
   }
 }
 
 /** Turns or slides one joint by the motion of the handles about or along their z. */
-export class JointPlacement implements Placement {
+class JointPlacement implements Placement {
   private readonly axes: Axis[];
-  private readonly before: Map<string, number>;
+  private before: Promise<Sent> | undefined;
   private sent: Sent = new Map();
 
   constructor(robot: string, joint: string) {
     this.axes = drivenAxes(robot).filter((axis) => axis.joint === joint);
-    this.before = positionsOf(this.axes);
   }
 
-  to(to: Pose, from: Pose): Promise<void> {
+  to(to: Pose, from: Pose): Promise<bigint | undefined> {
     return said(async () => {
       const [axis] = this.axes;
       if (!axis) throw new Error("That joint takes no targets.");
-      const began = this.before.get(axis.key) ?? 0;
+      this.before ??= positionsOf(this.axes);
+      const began = (await this.before).get(axis.key) ?? 0;
       const moved = began + (axis.kind === "angle" ? turnAbout(from, to) : slideAlong(from, to));
       const value = Math.min(axis.upper ?? Infinity, Math.max(axis.lower ?? -Infinity, moved));
-      this.sent = await setJoints(this.axes, () => value);
+      this.sent = sentOf(this.axes, () => value);
+      return setJoints(this.axes, this.sent);
     });
   }
 
-  async end(from: Pose, to: Pose): Promise<void> {
-    await this.to(to, from);
-    for (const axis of this.axes) noteJoints(`the joint ${axis.label}`, [axis], this.before, this.sent);
+  async end(from: Pose, to: Pose): Promise<bigint | undefined> {
+    const sequence = await this.to(to, from);
+    if (sequence === undefined || !this.before) return sequence;
+    for (const axis of this.axes) noteJoints(`the joint ${axis.label}`, [axis], await this.before, this.sent);
+    return sequence;
   }
 }
 
@@ -127,10 +157,14 @@ function quaternion([, , , x, y, z, w]: Pose): Quaternion {
   return new Quaternion(x, y, z, w);
 }
 
-function positionsOf(axes: readonly Axis[]): Map<string, number> {
+/** Asks the daemon for the positions of axes of one robot. */
+async function positionsOf(axes: readonly Axis[]): Promise<Sent> {
+  const [first] = axes;
+  const { states } = first ? await services().joints.getJointStates({ selections: [{ robot: first.robot }] }) : {};
+  const state = states?.robots[0];
+  const joints = state && valuesOf(state);
   const found = new Map<string, number>();
-  for (const axis of axes) {
-    const joints = frame.peek()?.joints.get(axis.robot);
+  for (const axis of joints ? axes : []) {
     const values = joints && axisValues(axis, joints);
     if (values) found.set(axis.key, values.position);
   }
@@ -140,40 +174,50 @@ function positionsOf(axes: readonly Axis[]): Map<string, number> {
 /** Requested positions, by the keys of axes. */
 type Sent = ReadonlyMap<string, number>;
 
-/**
- * Sets targets while the world plays. In a paused world it sets the joint positions, with targets that hold them there. Resolves to the sent
- * positions.
- */
-async function setJoints(axes: readonly Axis[], valueOf: (axis: Axis) => number | undefined): Promise<Sent> {
-  const values = axes.flatMap((axis) => {
+function sentOf(axes: readonly Axis[], valueOf: (axis: Axis) => number | undefined): Sent {
+  const sent = new Map<string, number>();
+  for (const axis of axes) {
     const value = valueOf(axis);
+    if (value !== undefined) sent.set(axis.key, value);
+  }
+  return sent;
+}
+
+/**
+ * Sets targets while the world plays. In a paused world it sets the joint positions, with targets that hold them there. The daemon says which it
+ * is, since another client may have just changed it. Resolves to the sequence of the first state with the result.
+ */
+async function setJoints(axes: readonly Axis[], values: Sent): Promise<bigint> {
+  const set = axes.flatMap((axis) => {
+    const value = values.get(axis.key);
     return value === undefined ? [] : [{ axis, value }];
   });
-  const sent = new Map(values.map(({ axis, value }) => [axis.key, value]));
-  const [first] = values;
-  if (!first) return sent;
-  const { joints } = services();
+  const [first] = set;
+  if (!first) return 0n;
+  const { joints, simulation } = services();
   const { robot } = first.axis;
-  const targets = values.map(({ axis, value }) => ({ joint: axis.joint, target: { case: "position", value: { position: value } } as const }));
-  if (simulation.peek().state === "paused") {
-    await joints.resetJoints({ robots: [{ robot, joints: values.map(({ axis, value }) => ({ joint: axis.joint, position: value })) }] });
+  const targets = set.map(({ axis, value }) => ({ joint: axis.joint, target: { case: "position", value: { position: value } } as const }));
+  const { state } = await simulation.getSimulationState({});
+  if (state !== SimulationState.PLAYING) {
+    await joints.resetJoints({ robots: [{ robot, joints: set.map(({ axis, value }) => ({ joint: axis.joint, position: value })) }] });
   }
-  await joints.setJointTargets({ robots: [{ robot, joints: targets }] });
+  const { stamp } = await joints.setJointTargets({ robots: [{ robot, joints: targets }] });
   daemonConnection().pollNow();
-  return sent;
+  return stamp?.sequence ?? 0n;
 }
 
 /** Notes the sent positions as a change from the former ones: the page receives the result only with a later state. */
 function noteJoints(what: string, axes: readonly Axis[], before: Sent, after: Sent): void {
   if (after.size === 0) return;
-  const set = (values: Sent) => () => worded(() => setJoints(axes, (axis) => values.get(axis.key)));
+  const set = (values: Sent) => () => worded(() => setJoints(axes, values));
   changed({ what: `moving ${what}`, of: `place ${axes.map(({ key }) => key).join()}`, undo: set(before), redo: set(after) });
 }
 
-async function said(act: () => Promise<unknown>): Promise<void> {
+async function said(act: () => Promise<bigint>): Promise<bigint | undefined> {
   try {
-    await act();
+    return await act();
   } catch (error) {
     toast("error", messageOf(error));
+    return undefined;
   }
 }

@@ -39,7 +39,7 @@ beforeEach(() => {
 });
 
 test("a target is undone and redone", async () => {
-  await setTarget(elbow, "position", 1);
+  await setTarget(elbow, { mode: "position", value: 1 }, { mode: "position", value: 0.25 });
   await undo();
   await redo();
   expect(sent).toEqual([1, 0.25, 1]);
@@ -47,12 +47,12 @@ test("a target is undone and redone", async () => {
 });
 
 test("what the daemon refuses of an undo or a redo was not done, and is said", async () => {
-  await setTarget(elbow, "position", 1);
+  await setTarget(elbow, { mode: "position", value: 1 }, { mode: "position", value: 0.25 });
   refused = true;
   await undo();
   expect(toasts.value.map(({ kind, sentence }) => [kind, sentence])).toEqual([["error", "The target of arm/elbow cannot be undone: Joint elbow is claimed by lab."]]);
   refused = false;
-  await setTarget(elbow, "position", 2);
+  await setTarget(elbow, { mode: "position", value: 2 }, { mode: "position", value: 1 });
   await undo();
   toasts.value = [];
   refused = true;

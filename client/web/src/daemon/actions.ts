@@ -1,17 +1,17 @@
 // Every change that the user makes to the world. Each resolves once it is applied; errors are shown as toasts.
-import { attempt } from "./attempt";
+import { attempt, oneAtATime } from "./attempt";
 import { Base } from "../gen/simd/v1/entity_pb";
 import { JointMode, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
 import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
 import type { DroppedFile, LoadOptions } from "../load/load";
 import type { Chosen } from "../load/xacro";
-import { axisValues } from "../state/joint-values";
+import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
-import { changed } from "../state/undo";
+import { changed, making } from "../state/undo";
 import type { Spring } from "../scene/spring";
-import { frame, simulation, type Axis, type Mode } from "../state/world";
+import { frame, simulation, type Axis, type Mode, type Target } from "../state/world";
 import { remember } from "./again";
-import { bringIn, noteSpawn } from "./building";
+import { bringIn, moveTo, noteSpawn } from "./building";
 import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
 import { daemonConnection } from "./page";
@@ -27,19 +27,21 @@ const targets = new Coalescer<string, { axis: Axis; mode: Mode; value: number }>
 const balls = new BallTargets();
 const sliders = new Coalescer<string, number>(async (values) => void (await attempt(() => sendParameters(values))));
 const speed = new Coalescer<"speed", number>(async (values) => void (await attempt(() => sendSpeed(values.get("speed") ?? 1))));
+const states = new Coalescer<"state", "playing" | "paused">((values) => sendState(values.get("state") ?? "paused"));
 const pulls = new Coalescer<string, Pull>(async (values) => void (await attempt(() => sendPulls(values))));
 
-/** Sets the target of an axis. The newest of each axis is sent, with one call in flight. It can be undone. */
-export function setTarget(axis: Axis, mode: Mode, value: number): Promise<void> {
-  const joints = frame.peek()?.joints.get(axis.robot);
-  const before = joints && axisValues(axis, joints);
+/**
+ * Sets the target of an axis. The newest of each axis is sent, with one call in flight. It can be undone: `before` is the target that the user saw,
+ * which the daemon may not have published yet.
+ */
+export function setTarget(axis: Axis, { mode, value }: Target, before?: Target): Promise<void> {
   const set = (to: Mode, at: number) => () => {
     // A waiting target would arrive after this one. It is sent in a separate call, so that the page does not report success
     // after a refusal.
     targets.drop((key) => key === axis.key);
     return worded(() => sendTargets(new Map([[axis.key, { axis, mode: to, value: at }]])));
   };
-  if (before) changed({ what: `the target of ${axis.key}`, of: axis.key, undo: set(before.mode, before.target), redo: set(mode, value) });
+  if (before) changed({ what: `the target of ${axis.key}`, of: axis.key, undo: set(before.mode, before.value), redo: set(mode, value) });
   return targets.set(axis.key, { axis, mode, value });
 }
 
@@ -53,19 +55,22 @@ export function freeAll(robot: string): Promise<void> {
   return setWhole(robot, JointMode.PASSIVE);
 }
 
-export function play(): Promise<void> {
-  return setState(SimulationState.PLAYING);
+/** State that this page has requested and the daemon has not confirmed yet. */
+let wanted: "playing" | "paused" | null = null;
+
+/** Pauses a world that plays, and plays it otherwise. A second press counts before the first is answered. */
+export function playOrPause(): Promise<void> {
+  wanted = (wanted ?? simulation.peek().state) === "playing" ? "paused" : "playing";
+  return states.set("state", wanted);
 }
 
-export function pause(): Promise<void> {
-  return setState(SimulationState.PAUSED);
-}
-
-/** Runs `n` steps; a playing simulation is paused first. */
+/** Runs `n` steps. A playing simulation is paused first: the daemon says whether it plays, since the page's state may be old. */
 export async function step(n: number): Promise<void> {
   await attempt(async () => {
-    if (simulation.value.state === "playing") await services().simulation.setSimulationState({ state: SimulationState.PAUSED });
-    await services().simulation.stepSimulation({ steps: BigInt(Math.max(1, Math.round(n))) });
+    const { simulation: service } = services();
+    const { state } = await service.getSimulationState({});
+    if (state === SimulationState.PLAYING) await service.setSimulationState({ state: SimulationState.PAUSED });
+    await service.stepSimulation({ steps: BigInt(Math.max(1, Math.round(n))) });
   });
   daemonConnection().pollAllNow();
 }
@@ -99,51 +104,42 @@ export async function deleteConstraint(name: string): Promise<void> {
 
 /** Loads the robots that the files describe, according to the options. Resolves to whether all were loaded. */
 export async function loadFiles(files: DroppedFile[], chosen: readonly Chosen[], options?: LoadOptions): Promise<boolean> {
-  const done = await attempt(async () => {
+  const load = async (): Promise<void> => {
     // Most visits load nothing.
     const { loadDropped } = await import("../load/load");
     await loadDropped(services().entities, files, chosen, options, (spawned, request, isLifted, choice) => {
       noteSpawn(spawned, request, "adding", isLifted);
       remember(spawned.name, () => loadFiles(files, [choice], options));
     });
-  });
+  };
+  const done = await attempt(() => making(load()));
   daemonConnection().pollAllNow();
   return done;
 }
 
-let addingArm = false;
-
 /** Adds an arm to the world, for users without a robot file. */
-export async function addDemoArm(): Promise<void> {
-  // A second click may come before the page knows the first arm.
-  if (addingArm) return;
-  addingArm = true;
-  try {
-    const loaded = await import("../load/demo-arm").catch(() => undefined);
-    if (!loaded) return toast("error", "The arm could not be loaded from the daemon; add it again once it answers.");
-    const urdf = new TextEncoder().encode(loaded.demoArm());
-    await bringIn({ source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, allowRenaming: true });
-  } finally {
-    addingArm = false;
-  }
-}
+export const addDemoArm = oneAtATime(async () => {
+  const loaded = await import("../load/demo-arm").catch(() => undefined);
+  if (!loaded) return toast("error", "The arm could not be loaded from the daemon; add it again once it answers.");
+  const urdf = new TextEncoder().encode(loaded.demoArm());
+  await bringIn({ source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, allowRenaming: true });
+});
 
-/** Adds a plane at z = 0, which robots can stand on. */
-export async function addGround(): Promise<void> {
+/** Adds a plane at z = 0, which robots can stand on, unless the daemon has one that the page does not show yet. */
+export const addGround = oneAtATime(async () => {
+  const isThere = async (): Promise<boolean> => {
+    const { robots } = await services().entities.getScene({});
+    return robots.some(({ collisions }) => collisions.some(({ geometry }) => geometry.case === "plane"));
+  };
+  if (await isThere().catch(() => false)) return;
   const primitive = { geometry: { case: "plane", value: {} } } as const;
   const name = await bringIn({ name: "ground", allowRenaming: true, base: Base.FIXED, source: { source: { case: "primitive", value: primitive } } });
   if (name !== undefined) toast("info", "There is ground at z = 0 now. A reset puts back what has fallen.");
-}
+});
 
-/** Moves a robot's root up, metres. */
-export async function lift(robot: string, by: number): Promise<void> {
-  await attempt(async () => {
-    const { entities } = services();
-    const { position, orientation } = (await entities.getEntityState({ robot })).pose ?? {};
-    if (!position || !orientation) return;
-    await entities.setEntityState({ robot, pose: { position: { ...position, z: position.z + by }, orientation } });
-  });
-  daemonConnection().pollNow();
+/** Puts a robot at a pose, at rest: world_from_root. */
+export async function put(robot: string, pose: Pose): Promise<void> {
+  await attempt(() => moveTo(robot, pose));
 }
 
 /**
@@ -200,8 +196,11 @@ async function setWhole(robot: string, mode: JointMode): Promise<void> {
   daemonConnection().pollNow();
 }
 
-async function setState(state: SimulationState): Promise<void> {
-  await attempt(() => services().simulation.setSimulationState({ state }));
+async function sendState(state: "playing" | "paused"): Promise<void> {
+  const done = await attempt(() => services().simulation.setSimulationState({ state: state === "playing" ? SimulationState.PLAYING : SimulationState.PAUSED }));
+  if (wanted === state) wanted = null;
+  // The next press must not start from the state before.
+  if (done) simulation.value = { ...simulation.peek(), state };
   daemonConnection().pollAllNow();
 }
 

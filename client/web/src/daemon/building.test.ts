@@ -3,11 +3,12 @@ import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { beforeEach, expect, test, vi } from "vitest";
 import { ContactService } from "../gen/simd/v1/contact_pb";
 import { EntityService, type SpawnEntityRequest } from "../gen/simd/v1/entity_pb";
+import { JointMode, JointService, JointType } from "../gen/simd/v1/joint_pb";
 import { unmeasured } from "../state/report";
 import { toasts } from "../state/toasts";
 import { future, past, redo, undo } from "../state/undo";
 import { selectedRobot } from "../state/view";
-import { robots, type Axis } from "../state/world";
+import { frame, robots, type Axis, type Frame } from "../state/world";
 import { bringIn, duplicate, moveTo, noteMove, noteSpawn, takeOut } from "./building";
 import { servicesOver } from "./services";
 
@@ -15,6 +16,8 @@ import { servicesOver } from "./services";
 const world = new Map<string, bigint>();
 const spawned: SpawnEntityRequest[] = [];
 const moved: number[] = [];
+/** Position of the elbow of each robot. */
+let elbow = 0;
 let versions = 0n;
 
 /** Loads a robot, as this page or another client does. */
@@ -51,6 +54,13 @@ const services = servicesOver(
       },
       getScene: () => ({ robots: [] }),
       getLinkPoses: () => ({ robots: [] }),
+    });
+    service(JointService, {
+      getJointLayout: ({ robot }) => ({ layout: { robot, layoutVersion: found(robot).layoutVersion, joints: [{ name: "elbow", type: JointType.CONTINUOUS, mode: JointMode.POSITION }] } }),
+      nextJointStates: ({ selections }) => {
+        const { name: robot, layoutVersion } = found(selections[0]?.robot ?? "");
+        return { states: { robots: [{ robot, layoutVersion, position: [elbow], mode: [JointMode.POSITION] }] }, linkPoses: [{ robot, layoutVersion, poses: [0, 0, elbow, 0, 0, 0, 1] }] };
+      },
     });
     service(ContactService, { getLinkBounds: () => ({ links: [] }) });
   }),
@@ -108,6 +118,30 @@ test("a double is as this page asked for the robot, or of its own description wh
   await duplicate("crate");
   expect(spawned.at(-1)?.scale).not.toBe(3);
   expect(spawned.at(-1)?.source?.source).toMatchObject({ case: "description", value: "of its own" });
+});
+
+test("a robot that is removed right after a change comes back as the daemon had it, and not as the page's last state has it", async () => {
+  await bringIn(crate);
+  const joints = new Map([["crate", { position: [0], velocity: [0], effort: [0], target: [0], mode: ["position"], flags: [0] }]]);
+  frame.value = { sequence: 1n, joints } as unknown as Frame;
+  elbow = 0.75;
+  await takeOut("crate");
+  await undo();
+  expect(spawned.at(-1)?.jointPositions).toEqual({ elbow: 0.75 });
+  expect(spawned.at(-1)?.pose?.position?.z).toBe(0.75);
+  // As does a double that is made before the page knows the robot.
+  robots.value = [];
+  frame.value = null;
+  elbow = 0.5;
+  await duplicate("crate");
+  expect(spawned.at(-1)?.jointPositions).toEqual({ elbow: 0.5 });
+});
+
+test("an undo that is asked for before the daemon has answered takes back the change that is under way", async () => {
+  await bringIn({ ...crate, name: "first" });
+  const brought = bringIn({ ...crate, name: "second" });
+  await Promise.all([brought, undo()]);
+  expect([...world.keys()]).toEqual(["first"]);
 });
 
 test("what was removed and brought back is doubled as it was asked for", async () => {

@@ -1,15 +1,16 @@
 // Changes of the world by this page: loads, removes, moves and duplicates robots. Each change can be undone.
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import { Base, type SpawnEntityRequest, type SpawnEntityRequestSchema } from "../gen/simd/v1/entity_pb";
+import type { SpawnEntityRequest, SpawnEntityRequestSchema } from "../gen/simd/v1/entity_pb";
 import { measureLater } from "../state/report";
 import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
-import { changed, type Change } from "../state/undo";
+import { changed, making, type Change } from "../state/undo";
 import { selectedRobot } from "../state/view";
-import { frame, robots, type JointValues, type Robot } from "../state/world";
+import type { JointValues, Robot } from "../state/world";
 import { shownRobot } from "../panels/shown-robot";
 import { remember } from "./again";
 import { messageOf, worded } from "./error-message";
+import { poseOf as poseFrom, robotOf, valuesOf } from "./mapping";
 import { daemonConnection } from "./page";
 import { services } from "./services";
 
@@ -71,18 +72,22 @@ export function takeOut(name: string): Promise<unknown> {
 export function duplicate(name: string): Promise<string | undefined> {
   return attempt(async () => {
     const request = await requestOf(name);
-    const [x, , z, ...turn] = await poseOf(name);
     const { freePlace } = await import("../load/spawn-position");
     const { y } = await freePlace();
-    const made: Spawn = { ...request, name, allowRenaming: true, pose: wirePose([x, y, z, ...turn]) };
+    const { position, orientation } = request.pose ?? {};
+    const made: Spawn = { ...request, name, allowRenaming: true, pose: { ...(orientation && { orientation }), position: { ...position, y } } };
     return bringIn(made, "duplicating to");
   });
 }
 
-/** Moves a robot and stops its motion, without a change to undo: for each step of a drag. */
-export async function moveTo(robot: string, pose: Pose): Promise<void> {
-  await services().entities.setEntityState({ robot, pose: wirePose(pose), twist: { linear: {}, angular: {} } });
+/**
+ * Moves a robot and stops its motion, without a change to undo: for each step of a drag. Resolves to the sequence of the first state with the
+ * new pose.
+ */
+export async function moveTo(robot: string, pose: Pose): Promise<bigint> {
+  const { stamp } = await services().entities.setEntityState({ robot, pose: wirePose(pose), twist: { linear: {}, angular: {} } });
   daemonConnection().pollNow();
+  return stamp?.sequence ?? 0n;
 }
 
 /** Notes that a robot was moved. */
@@ -92,26 +97,39 @@ export function noteMove(robot: string, from: Pose, to: Pose): void {
 
 /** Returns the daemon's world_from_root. */
 export async function poseOf(robot: string): Promise<Pose> {
-  const { pose } = await services().entities.getEntityState({ robot });
-  const { position: p, orientation: q } = pose ?? {};
-  return [p?.x ?? 0, p?.y ?? 0, p?.z ?? 0, q?.x ?? 0, q?.y ?? 0, q?.z ?? 0, q?.w ?? 1];
+  return poseFrom((await services().entities.getEntityState({ robot })).pose);
 }
 
-/** Returns a request that loads a robot in its present pose, with its joints as they are. */
+/**
+ * Returns a request that loads a robot in its present pose, with its joints as they are. The daemon is asked for both at one moment: the page's last
+ * state may be older than its last change.
+ */
 async function requestOf(robot: string): Promise<Spawn> {
-  const { entities } = services();
-  const [{ entity }, { robots: scenes }, pose] = await Promise.all([entities.getEntityInfo({ robot }), entities.getScene({ robots: [robot] }), poseOf(robot)]);
+  const { entities, joints } = services();
+  const [{ entity }, { layout }, { robots: scenes }, { states, linkPoses }] = await Promise.all([
+    entities.getEntityInfo({ robot }),
+    joints.getJointLayout({ robot }),
+    entities.getScene({ robots: [robot] }),
+    joints.nextJointStates({ selections: [{ robot }], returnLinkPoses: true }),
+  ]);
   const [scene] = scenes;
-  const known = robots.peek().find(({ name }) => name === robot);
-  const joints = frame.peek()?.joints.get(robot);
-  const now: Spawn = { name: robot, pose: wirePose(pose), base: entity?.base ?? Base.UNSPECIFIED, ...(known && joints && placesOf(known, joints)) };
+  const state = states?.robots[0];
+  const pose = linkPoses[0]?.poses.slice(0, 7);
+  if (!entity || !layout || !state || !isPose(pose) || layout.layoutVersion !== entity.layoutVersion || state.layoutVersion !== entity.layoutVersion) {
+    throw new Error(`${robot} was loaded again meanwhile; try once more`);
+  }
+  const now: Spawn = { name: robot, pose: wirePose(pose), base: entity.base, ...placesOf(robotOf(entity, layout), valuesOf(state)) };
   const own = asked.get(robot);
-  if (own && own.version === entity?.layoutVersion) return { ...own.request, ...now };
+  if (own && own.version === entity.layoutVersion) return { ...own.request, ...now };
   const assets: Record<string, string> = {};
   for (const { geometry } of [...(scene?.visuals ?? []), ...(scene?.collisions ?? [])]) {
     if (geometry.case === "mesh" && geometry.value.sha256 !== "") assets[geometry.value.uri] = geometry.value.sha256;
   }
-  return { ...now, source: { source: { case: "description", value: entity?.description ?? "" }, assets } };
+  return { ...now, source: { source: { case: "description", value: entity.description }, assets } };
+}
+
+function isPose(numbers: readonly number[] | undefined): numbers is [number, number, number, number, number, number, number] {
+  return numbers?.length === 7;
 }
 
 /** Returns positions of joints of one axis, and orientations of ball joints, by name. */
@@ -165,7 +183,7 @@ async function remove(robot: string): Promise<void> {
 
 async function attempt<T>(act: () => Promise<T>): Promise<T | undefined> {
   try {
-    return await act();
+    return await making(act());
   } catch (error) {
     toast("error", messageOf(error));
     return undefined;

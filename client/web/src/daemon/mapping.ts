@@ -5,7 +5,7 @@ import { Base, Disposition, LoadPhase, Severity, type EntityInfo, type LoadProgr
 import type { LoadReport as WireReport, RobotScene as WireScene, Shape as WireShape } from "../gen/simd/v1/entity_pb";
 import type { Pose as WirePose, Vector3 } from "../gen/simd/v1/geometry_pb";
 import { JointMode, JointType, type JointInfo, type JointLayout } from "../gen/simd/v1/joint_pb";
-import type { NextJointStatesResponse } from "../gen/simd/v1/joint_pb";
+import type { NextJointStatesResponse, RobotJointStates } from "../gen/simd/v1/joint_pb";
 import type { Parameter as WireParameter } from "../gen/simd/v1/parameter_pb";
 import { PaceMode, SimulationState, type Physics as WirePhysics, type RequestLimits } from "../gen/simd/v1/simulation_pb";
 import type { WorldStatistics } from "../gen/simd/v1/simulation_pb";
@@ -233,9 +233,7 @@ export function frameOf(
   const fits = (of: { robot: string; layoutVersion: bigint }) => known.get(of.robot) === of.layoutVersion;
   const joints = new Map<string, JointValues>();
   for (const robot of states.robots.filter(fits)) {
-    const { position, velocity, effort, target, flags } = robot;
-    const blocks = new Map(robot.obstructions.map(({ joint, byRobot, byLink }) => [joint, byLink === "" ? byRobot : `${byRobot}/${byLink}`]));
-    const values = robot.unchanged ? before?.joints.get(robot.robot) : { position, velocity, effort, target, mode: robot.mode.map(modeOf), flags, ...(blocks.size > 0 && { blocks }) };
+    const values = robot.unchanged ? before?.joints.get(robot.robot) : valuesOf(robot);
     if (values) joints.set(robot.robot, values);
   }
   const poses = new Map<string, Float64Array>();
@@ -255,6 +253,12 @@ export function frameOf(
   };
 }
 
+/** Values of a robot's joints. */
+export function valuesOf({ position, velocity, effort, target, mode, flags, obstructions }: RobotJointStates): JointValues {
+  const blocks = new Map(obstructions.map(({ joint, byRobot, byLink }) => [joint, byLink === "" ? byRobot : `${byRobot}/${byLink}`]));
+  return { position, velocity, effort, target, mode: mode.map(modeOf), flags, ...(blocks.size > 0 && { blocks }) };
+}
+
 function modeOf(mode: JointMode): Mode {
   return MODES[mode] ?? "none";
 }
@@ -266,7 +270,7 @@ function contactOf(contact: Contact): ContactPoint {
   return { robotA, linkA, robotB, linkB, point, normal, depth, normalForce };
 }
 
-const STATES: Record<SimulationState, Simulation["state"]> = {
+export const STATES: Readonly<Record<SimulationState, Simulation["state"]>> = {
   [SimulationState.UNSPECIFIED]: "paused",
   [SimulationState.STOPPED]: "stopped",
   [SimulationState.PLAYING]: "playing",

@@ -9,7 +9,7 @@ test("of many calls the first and the last are made, and the last after the inte
     const made: [number, number][] = [];
     const began = Date.now();
     for (let index = 0; index < 10; index += 1) {
-      throttle.next(() => {
+      void throttle.next(() => {
         made.push([index, Date.now() - began]);
         return Promise.resolve();
       });
@@ -30,17 +30,36 @@ test("a call waits for the one before, and none is made after the end", async ()
     const throttle = new Throttle(10);
     let finish = (): void => undefined;
     const made: string[] = [];
-    throttle.next(() => {
+    void throttle.next(() => {
       made.push("slow");
       return new Promise<void>((resolve) => (finish = resolve));
     });
-    throttle.next(() => Promise.resolve(void made.push("next")));
+    void throttle.next(() => Promise.resolve(void made.push("next")));
     await vi.advanceTimersByTimeAsync(100);
     expect(made).toEqual(["slow"]);
     throttle.end();
     finish();
     await vi.advanceTimersByTimeAsync(100);
     expect(made).toEqual(["slow"]);
+  } finally {
+    vi.useRealTimers();
+  }
+});
+
+test("the last call of a series is made though later calls and the end come before it", async () => {
+  vi.useFakeTimers();
+  try {
+    const throttle = new Throttle(10);
+    const made: string[] = [];
+    const call = (name: string) => () => Promise.resolve(void made.push(name));
+    void throttle.next(call("first"));
+    void throttle.next(call("replaced"));
+    const done = throttle.finish(call("last"));
+    void throttle.next(call("of another series"));
+    throttle.end();
+    await vi.advanceTimersByTimeAsync(100);
+    await done;
+    expect(made).toEqual(["first", "last"]);
   } finally {
     vi.useRealTimers();
   }

@@ -1,18 +1,30 @@
 // Throttling of calls: only the newest, one at a time, and no faster than an interval.
 
+type Call = () => Promise<unknown>;
+
 /** Makes the newest of the requested calls. */
 export class Throttle {
-  private waiting: (() => Promise<unknown>) | null = null;
-  private busy = false;
+  private waiting: Call | null = null;
+  /** Calls that no later one replaces, in order. */
+  private readonly last: Call[] = [];
+  private isBusy = false;
+  private working: Promise<void> = Promise.resolve();
   private ended = false;
 
   /** `interval`: minimum time between the starts of two calls, milliseconds. */
   constructor(private readonly interval: number) {}
 
-  /** Requests a call in place of the waiting one. `call` must not reject. */
-  next(call: () => Promise<unknown>): void {
+  /** Requests a call in place of the waiting one. `call` must not reject. Resolves once nothing waits any more. */
+  next(call: Call): Promise<void> {
     this.waiting = call;
-    if (!this.busy) void this.run();
+    return this.run();
+  }
+
+  /** Requests the last call of a series, in place of the waiting one: no later call replaces it, and `end` does not drop it. */
+  finish(call: Call): Promise<void> {
+    this.waiting = null;
+    this.last.push(call);
+    return this.run();
   }
 
   /** Drops the waiting call. */
@@ -21,15 +33,27 @@ export class Throttle {
     this.waiting = null;
   }
 
-  private async run(): Promise<void> {
-    this.busy = true;
-    while (this.waiting && !this.ended) {
-      const call = this.waiting;
-      this.waiting = null;
+  private run(): Promise<void> {
+    if (!this.isBusy) {
+      this.isBusy = true;
+      this.working = this.work();
+    }
+    return this.working;
+  }
+
+  private async work(): Promise<void> {
+    for (let call = this.take(); call; call = this.take()) {
       const pause = new Promise<void>((resolve) => setTimeout(resolve, this.interval));
       await call();
-      if (this.waiting) await pause;
+      if (this.waiting || this.last.length > 0) await pause;
     }
-    this.busy = false;
+    this.isBusy = false;
+  }
+
+  /** Returns the next call; undefined if none waits. */
+  private take(): Call | undefined {
+    const call = this.last.shift() ?? (this.ended ? undefined : (this.waiting ?? undefined));
+    if (call === this.waiting) this.waiting = null;
+    return call;
   }
 }

@@ -1,6 +1,7 @@
 // Starts and stops a recording, and opens the list of recordings.
 import { useComputed } from "@preact/signals";
 import type { JSX } from "preact";
+import { oneAtATime } from "../daemon/attempt";
 import { startRecording, stopRecording } from "../daemon/recordings";
 import { whyNotChange } from "../state/permission";
 import { beingMade, recordingSince, recordingsOpen } from "../state/recordings";
@@ -25,7 +26,7 @@ export function Recorder(): JSX.Element {
         aria-label={what}
         title={whyNot || `${what} (R)`}
         disabled={away || whyNot !== ""}
-        onClick={toggleRecording}
+        onClick={() => void toggleRecording()}
       >
         <Icon name={active ? "stop" : "record"} />
         {active && (
@@ -51,6 +52,4 @@ export function Recorder(): JSX.Element {
 }
 
 /** Begins a recording under a new name, or ends the current one. */
-export function toggleRecording(): void {
-  void (beingMade.peek() ? stopRecording() : startRecording());
-}
+export const toggleRecording = oneAtATime((): Promise<unknown> => (beingMade.peek() ? stopRecording() : startRecording()));

@@ -2,7 +2,7 @@
 import { useComputed, useSignalEffect } from "@preact/signals";
 import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
-import { step } from "../daemon/actions";
+import { playOrPause, step } from "../daemon/actions";
 import { WORLD } from "../daemon/held-claims";
 import { panelOpen, plotsOpen, theme, type Theme } from "../state/view";
 import { happenings } from "../state/happenings";
@@ -14,7 +14,7 @@ import { Icon, type IconName } from "./icons";
 import { Name } from "./Name";
 import { Popover } from "./Popover";
 import { Recorder } from "./Recorder";
-import { askReset, helpOpen, playOrPause } from "./shortcuts";
+import { askReset, helpOpen } from "./shortcuts";
 import { Speed } from "./Speed";
 import { TextSize } from "./TextSize";
 

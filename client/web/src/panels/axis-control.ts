@@ -148,8 +148,9 @@ export class AxisControl implements Follower {
   }
 
   private send(mode: Mode, value: number): void {
+    const before = { mode: this.mode, value: this.target };
     this.pending.set({ mode, value }, performance.now());
-    void setTarget(this.axis, mode, value);
+    void setTarget(this.axis, { mode, value }, before);
     show(this);
     // A refused target must not be shown until the next state, which may not come while the world is paused.
     clearTimeout(this.refreshTimer);

@@ -1,14 +1,8 @@
 // A target that was set on this page and may not be applied yet: it is shown in place of the state of the daemon.
-import type { Mode } from "../state/world";
+import type { Target } from "../state/world";
 
 /** Milliseconds after which a target that the daemon never reports is no longer shown. */
 export const PENDING_TIMEOUT = 1000;
-
-/** A joint's mode and target. */
-export interface Target {
-  mode: Mode;
-  value: number;
-}
 
 /** The last target that was set on this page. */
 export class PendingTarget {

@@ -1,6 +1,6 @@
 // Keyboard shortcuts, in a list that the help sheet shows too.
 import { signal } from "@preact/signals";
-import { pause, play, reset, step } from "../daemon/actions";
+import { playOrPause, reset, step } from "../daemon/actions";
 import { inputFor } from "../state/input";
 import { centresOfMass, collisions, constraintsShown, contacts, fit, followed, frames, grid, inertias, jointAxes, linkNames, markersShown, moveCamera, pointsShown, readingsShown, sideViews } from "../state/view";
 import { orthographic, panelOpen, panelPart, plotsOpen, selectedRobot, visuals, type Viewpoint } from "../state/view";
@@ -8,7 +8,7 @@ import { pictureOpen } from "../state/picture";
 import { playback } from "../state/playback";
 import { askFirst, placing } from "../state/tools";
 import { redo, undo } from "../state/undo";
-import { robots, role, simulation } from "../state/world";
+import { robots, role } from "../state/world";
 import { toggleRecording } from "./Recorder";
 import { shownRobot } from "./shown-robot";
 
@@ -33,16 +33,11 @@ function toggle(value: { value: boolean }): () => void {
   };
 }
 
-/** Toggles between playing and paused. */
-export function playOrPause(): void {
-  void (simulation.peek().state === "playing" ? pause() : play());
-}
-
 /** Plays or pauses the recording that is shown; without one, the world. */
 function playOrPauseShown(): void {
   const shown = playback.peek();
   if (shown) shown.player.toggle();
-  else playOrPause();
+  else void playOrPause();
 }
 
 function stepRecording(key: string, { shiftKey }: KeyboardEvent): void {
@@ -125,7 +120,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["s"], shown: "S", what: "Save a picture", run: toggle(pictureOpen) },
   { keys: ["home", "end"], shown: "Home, End", what: "To the ends of a recording", run: (key) => playback.peek()?.player.seek(key === "home" ? 0 : Infinity) },
   { keys: ["escape"], shown: "Escape", what: "Close a recording; let go of what is placed", run: escape },
-  { keys: ["r"], shown: "R", what: "Record, stop", run: () => role.peek() !== "viewer" && toggleRecording() },
+  { keys: ["r"], shown: "R", what: "Record, stop", run: () => void (role.peek() !== "viewer" && toggleRecording()) },
   { keys: ["f"], shown: "F", what: "Fit everything into the view", run: () => fit() },
   { keys: ["v"], shown: "V", what: "Visuals", run: toggle(visuals) },
   { keys: ["c"], shown: "C", what: "Collision shapes", run: toggle(collisions) },

@@ -1,6 +1,6 @@
 // Lifts robots that this tab loaded onto the ground, which is not part of their description.
 import { Box3 } from "three";
-import { lift } from "../daemon/actions";
+import { put } from "../daemon/actions";
 import { unmeasured } from "../state/report";
 import type { RobotViews } from "./robot-views";
 import { isFlatGround } from "./scenery";
@@ -17,7 +17,13 @@ export function liftOntoGround(robots: RobotViews): void {
     const view = robots.get(name);
     const box = view?.bounds() ?? new Box3();
     // Ground stays at its description's position.
-    const lowest = !view || isFlatGround(view.scene, box) ? 0 : box.min.z;
-    if (lowest < -MAX_DEPTH) void lift(name, -lowest);
+    if (!view || box.isEmpty() || isFlatGround(view.scene, box) || box.min.z >= -MAX_DEPTH) continue;
+    // Box and pose are from one picture. A free robot falls until the daemon answers, and would keep the depth of its fall.
+    const [x, y, z, ...turn] = view.drawnPose(0);
+    if (x !== undefined && y !== undefined && z !== undefined && isTurn(turn)) void put(name, [x, y, z - box.min.z, ...turn]);
   }
+}
+
+function isTurn(numbers: readonly number[]): numbers is [number, number, number, number] {
+  return numbers.length === 4;
 }

@@ -1,7 +1,7 @@
 // Changes are undone and redone in order. A change that cannot be undone gives one message, and is dropped.
 import { beforeEach, expect, test } from "vitest";
 import { toasts } from "./toasts";
-import { changed, future, past, redo, undo } from "./undo";
+import { changed, future, making, past, redo, undo } from "./undo";
 
 const done: string[] = [];
 
@@ -38,6 +38,20 @@ test("what is asked for while another is on its way comes after it", async () =>
   finish();
   await Promise.all([first, second]);
   expect(done).toEqual(["redo slow"]);
+});
+
+test("an undo waits for a change that the daemon has not answered yet, and takes that one back", async () => {
+  changed(change("before"));
+  let answer = (): void => undefined;
+  const answered = new Promise<void>((resolve) => (answer = resolve));
+  void making(answered.then(() => changed(change("under way"))));
+  void making(Promise.reject(new Error("refused"))).catch(() => undefined);
+  const undone = undo();
+  await Promise.resolve();
+  expect(done).toEqual([]);
+  answer();
+  await undone;
+  expect(done).toEqual(["undo under way"]);
 });
 
 test("a new change ends what could be redone", async () => {

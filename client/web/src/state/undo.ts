@@ -28,6 +28,16 @@ export const future = signal<readonly Kept[]>([]);
  * the first.
  */
 let acting: Promise<void> = Promise.resolve();
+/** Changes that the daemon has not answered yet. */
+const underWay = new Set<Promise<unknown>>();
+
+/** Marks a change as under way until it ends: an undo waits for it, since only then the change is noted. Returns it. */
+export function making<T>(change: Promise<T>): Promise<T> {
+  underWay.add(change);
+  const end = (): void => void underWay.delete(change);
+  change.then(end, end);
+  return change;
+}
 
 /**
  * Notes a change that was made at `now`, milliseconds. Changes that were undone before can no longer be
@@ -56,7 +66,11 @@ export function redo(): Promise<void> {
 type List = typeof past;
 
 function turn(from: List, to: List, act: (change: Change) => Promise<unknown>, word: string): Promise<void> {
-  acting = acting.then(() => turnOne(from, to, act, word));
+  const before = [...underWay];
+  acting = acting.then(async () => {
+    if (before.length > 0) await Promise.allSettled(before);
+    await turnOne(from, to, act, word);
+  });
   return acting;
 }
 

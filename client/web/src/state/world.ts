@@ -4,6 +4,12 @@ import { signal } from "@preact/signals";
 /** Mode of a joint's actuator; "none" is a joint without one. */
 export type Mode = "passive" | "position" | "velocity" | "effort" | "hold" | "none";
 
+/** Mode and target of an axis. */
+export interface Target {
+  mode: Mode;
+  value: number;
+}
+
 /** One scalar degree of freedom: a row of the panel. Radians and newton metres, or metres and newtons. */
 export interface Axis {
   /** "robot/joint", or "robot/joint/1" for axis 1 of a planar joint. */
