@@ -91,13 +91,10 @@ export class Tab {
     await expect.poll(isThere).toBe(true);
   }
 
-  /** Waits until the page reports another client: this test's, which is listed as long as it calls. */
+  /** Waits until the page reports another client, this test's, which stays from now on. */
   async seesAnother(daemon: Daemon): Promise<void> {
-    const said = async (): Promise<string | null> => {
-      await daemon.simulation.getSimulationState({});
-      return this.page.getByTestId("clients").textContent();
-    };
-    await expect.poll(said).toMatch(/^([2-9]|[1-9]\d+) connected/);
+    daemon.stays();
+    await expect.poll(() => this.page.getByTestId("clients").textContent()).toMatch(/^([2-9]|[1-9]\d+) connected/);
   }
 
   /** Returns the bounding box and the number of pixels of a range of hues, in degrees from red to yellow, within an area. */

@@ -289,7 +289,7 @@ test("the end of an arm is brought to a place by its joints, in a paused world a
   await daemon.simulation.setSimulationState({ state: SimulationState.PLAYING });
   await tab.page.getByTestId("place-z").fill(String(z - 0.02));
   await tab.page.keyboard.press("Enter");
-  await expect.poll(async () => (await place())[2], { timeout: 20_000 }).toBeCloseTo(z - 0.02, 2);
+  await expect.poll(async () => (await place())[2]).toBeCloseTo(z - 0.02, 2);
 });
 
 test("one question that says who else is here comes before a reset", async () => {
@@ -299,6 +299,7 @@ test("one question that says who else is here comes before a reset", async () =>
   await daemon.entities.setEntityState({ robot: "crate", pose: { position: { x: 2, y: 0, z: 1 } } });
   const x = async () => (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x;
   // This test's client and both pages.
+  daemon.stays();
   await expect.poll(() => one.page.getByTestId("clients").textContent()).toMatch(/^[3-9] connected/);
   await one.page.keyboard.press("Backspace");
   await expect.poll(() => one.page.getByTestId("ask-others").textContent()).toMatch(/viewer-[0-9a-f]{4}/);
@@ -363,7 +364,7 @@ test("saved states are made, put back, saved as a file, deleted, and taken from 
   await tab.page.getByTestId("state-file").setInputFiles(file);
   await tab.page.getByTestId("state-before").waitFor();
   expect(await x()).toBe(3);
-  // This test's client and the page: the question needs another connected client.
+  // The question needs another connected client.
   await tab.seesAnother(daemon);
   await tab.page.getByTestId("state-restore").click();
   await tab.page.getByTestId("ask-surely").click();

@@ -36,14 +36,14 @@ test("a camera's picture is shown as it is drawn, and without a renderer what to
   await daemon.sensors.createSensor({ sensor: { robot: "crate", name: "eye", kind: { case: "camera", value: camera } } });
   const tab = await Tab.open(await use.context(), daemon.url);
   const picture = tab.page.getByTestId("picture-eye");
-  await expect.poll(() => picture.textContent(), { timeout: 20_000 }).toContain("simd-camera");
+  await expect.poll(() => picture.textContent()).toContain("simd-camera");
   const stop = renderer(daemon, [200, 30, 60]);
   const seen = () =>
     picture.locator("canvas").evaluate((canvas: HTMLCanvasElement) => {
       const pixel = canvas.width > 0 ? canvas.getContext("2d")?.getImageData(5, 5, 1, 1).data : undefined;
       return [canvas.width, canvas.height, ...(pixel ?? [])];
     });
-  await expect.poll(seen, { timeout: 20_000 }).toEqual([32, 24, 200, 30, 60, 255]);
+  await expect.poll(seen).toEqual([32, 24, 200, 30, 60, 255]);
   expect(await picture.textContent()).toMatch(/at \d+\.\d{3} s/);
   // In the scene it is shown and hidden together with the points of sensors.
   await expect.poll(() => tab.page.evaluate(() => window.simd.cameraPictures())).toBe(1);

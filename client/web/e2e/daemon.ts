@@ -10,6 +10,7 @@ import { createInterface } from "node:readline";
 
 import { createClient, type Interceptor } from "@connectrpc/connect";
 import { createGrpcWebTransport } from "@connectrpc/connect-web";
+import { vi } from "vitest";
 
 import { API_VERSION } from "../src/daemon/version";
 import { CameraService } from "../src/gen/simd/v1/camera_pb";
@@ -48,6 +49,8 @@ export class Daemon {
   readonly sensors;
   readonly view;
 
+  private calls: ReturnType<typeof setInterval> | undefined;
+
   private constructor(
     /** `http://127.0.0.1:PORT`. */
     readonly url: string,
@@ -67,6 +70,11 @@ export class Daemon {
     this.view = createClient(ViewService, transport);
   }
 
+  /** Starts another daemon at the address of one that has ended. Another program may have that port for a moment. */
+  static again(flags: string[], { url }: Daemon): Promise<Daemon> {
+    return vi.waitFor(() => Daemon.start(flags, new URL(url).host), { timeout: 60_000, interval: 200 });
+  }
+
   /** Starts a daemon with these flags, and waits until it prints its address. */
   static async start(flags: string[], listen = "127.0.0.1:0"): Promise<Daemon> {
     if (!existsSync(BINARY)) throw new Error(`there is no ${BINARY}: \`make build\` builds it`);
@@ -80,7 +88,10 @@ export class Daemon {
     const lines = createInterface({ input: child.stdout });
     const said = await Promise.race([once(lines, "line"), once(child, "exit").then(() => [])]);
     const url = /is listening on (https?:\/\/\S+)/.exec(String(said[0]))?.[1];
-    if (url === undefined) throw new Error(`the daemon does not say where it listens, but ${said[0]}`);
+    if (url === undefined) {
+      await rm(home, { recursive: true, force: true });
+      throw new Error(`the daemon does not say where it listens, but ${said[0]}`);
+    }
     return new Daemon(url, child, home);
   }
 
@@ -100,12 +111,18 @@ export class Daemon {
   }
 
   private async end(signal: NodeJS.Signals): Promise<void> {
+    clearInterval(this.calls);
     if (this.child.exitCode === null && this.child.signalCode === null) {
       const gone = once(this.child, "exit");
       this.child.kill(signal);
       await gone;
     }
     await rm(this.home, { recursive: true, force: true });
+  }
+
+  /** Lets the test's client stay in the list of clients, which leaves out those without a call for five seconds. */
+  stays(): void {
+    this.calls ??= setInterval(() => void this.simulation.getSimulationState({}).catch(() => undefined), 500);
   }
 
   /** Returns world_from_link of a link: x y z and the quaternion x y z w. */

@@ -84,7 +84,7 @@ test("a video of steps lasts as long as what is simulated in it, however slow th
       };
       const isBlack = ({ data }: ImageData): boolean => data.every((value, index) => index % 4 === 3 || value === 0);
       let seen = picture();
-      for (let tries = 0; tries < 100 && isBlack(seen); tries += 1) {
+      for (let tries = 0; tries < 1000 && isBlack(seen); tries += 1) {
         await new Promise((done) => setTimeout(done, 50));
         seen = picture();
       }

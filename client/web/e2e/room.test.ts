@@ -54,10 +54,10 @@ test("a phone that lies, and text of 200 %, show joints, a bar of one row, and m
     const number = tab.page.getByTestId("number").first();
     await number.fill("2 foo");
     await number.press("Enter");
-    await tab.page.getByTestId("toast").waitFor();
+    // A message disappears after some seconds.
+    await expect.poll(async () => (await seen(tab, "[data-testid=toast]")).seen).toBe(1);
     const buttons = await seen(tab, ".view-toggles > button");
     expect(buttons.seen).toBe(buttons.all);
-    expect((await seen(tab, "[data-testid=toast]")).seen).toBe(1);
     expect(await tab.violations()).toEqual([]);
     await tab.picture(name);
   }

@@ -22,15 +22,15 @@ test("the sensors of a robot are listed with what they measured last, as they co
   const tab = await Tab.open(await use.context(), daemon.url);
   await tab.page.getByTestId(`robot-${robot}`).click();
   const reading = (name: string) => tab.page.getByTestId(`sensor-${name}`).getByTestId("sensor-reading").textContent();
-  await expect.poll(() => reading("imu"), { timeout: 20_000 }).toContain("9.8");
-  await expect.poll(() => reading("eye"), { timeout: 20_000 }).toContain(" m");
+  await expect.poll(() => reading("imu")).toContain("9.8");
+  await expect.poll(() => reading("eye")).toContain(" m");
   expect(await tab.page.getByTestId("sensor-eye").textContent()).toContain("10 Hz");
   expect(await tab.page.getByTestId("sensor-other").count()).toBe(0);
   await tab.picture("sensors");
   await daemon.sensors.deleteSensor({ robot, name: "imu" });
   await tab.page.getByTestId("sensor-imu").waitFor({ state: "detached" });
   await tab.page.getByTestId("robot-wall").click();
-  await expect.poll(() => reading("other"), { timeout: 20_000 }).toContain("at 3 0 1 m");
+  await expect.poll(() => reading("other")).toContain("at 3 0 1 m");
   await tab.page.getByTestId("clients").click();
   await expect.poll(() => tab.page.getByTestId("happenings").textContent()).toContain(`The sensor imu of ${robot} was removed`);
   expect(await tab.violations()).toEqual([]);

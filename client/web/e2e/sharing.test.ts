@@ -23,7 +23,7 @@ test("a daemon that was killed and started again is found again, with the robots
   await tab.page.getByTestId("banner").waitFor({ state: "visible" });
   expect(await tab.page.getByTestId("banner").textContent()).toMatch(/\d/);
   await tab.picture("connection-lost");
-  await use.daemon(Daemon.start(["--load", "tests/assets/Two Link.v2"], new URL(first.url).host));
+  await use.daemon(Daemon.again(["--load", "tests/assets/Two Link.v2"], first));
   await tab.page.getByTestId("banner").waitFor({ state: "detached" });
   await tab.page.getByTestId("filter").waitFor();
   await expect.poll(() => tab.page.evaluate(() => [...(window.simd.frame()?.joints.keys() ?? [])])).not.toContain("bench_arm");
@@ -40,7 +40,7 @@ test("after a restart of the daemon the robots that the page has brought in are 
   await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(2);
   await first.kill();
   await tab.page.getByTestId("banner").waitFor();
-  const second = await use.daemon(Daemon.start(["--gravity", "0,0,0"], new URL(first.url).host));
+  const second = await use.daemon(Daemon.again(["--gravity", "0,0,0"], first));
   await expect.poll(() => tab.page.getByTestId("restart-note").textContent()).toMatch(/^The daemon restarted at \d\d:\d\d\. Load the last robots again\?Load 2 robots$/);
   expect(await tab.violations()).toEqual([]);
   await tab.picture("restarted");

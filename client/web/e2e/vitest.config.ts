@@ -16,7 +16,8 @@ export default defineConfig({
     retry: 1,
     reporters: ["default", new Flaky()],
     testTimeout: 300_000,
-    hookTimeout: 60_000,
+    // A browser starts slowly beside other work.
+    hookTimeout: 300_000,
     // The page fetches the clients once a second: a poll that gives up after one would fail on a busy machine.
     expect: { poll: { timeout: 60_000 } },
   },
