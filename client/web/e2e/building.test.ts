@@ -312,11 +312,23 @@ test("one question that says who else is here comes before a reset", async () =>
   await other.page.close();
 });
 
-test("a hundred robots are a short list: groups, a filter, and what is hidden on this page", async () => {
+test("a hundred robots are drawn by few calls, and are a short list: groups, a filter, and what is hidden on this page", async () => {
   const daemon = await paused();
   for (let index = 0; index < 100; index += 1) await redBox(daemon, `crate_${index}`, (index % 10) * 0.6, Math.floor(index / 10) * 0.6);
   await redBox(daemon, "single", 0, -2);
   const tab = await Tab.open(await use.context(), daemon.url);
+  const calls = () => tab.page.evaluate(() => window.simd.stats.calls());
+  expect(await calls()).toBeLessThan(15);
+  // The pointer finds each of them, and each can have a separate colour.
+  const corner = await tab.project([9 * 0.6, 9 * 0.6, 0.7]);
+  await tab.page.mouse.click(corner.x, corner.y);
+  await expect.poll(() => tab.page.getByTestId("robot-crate_99").getAttribute("aria-selected")).toBe("true");
+  await tab.page.mouse.move(5, 5);
+  await daemon.view.setLinkColors({ colors: [{ robot: "crate_99", link: "link", color: { red: 0, green: 0.2, blue: 1, alpha: 1 } }] });
+  const near = { left: corner.x - 3, right: corner.x + 3, top: corner.y - 3, bottom: corner.y + 3 };
+  await expect.poll(async () => (await tab.seen(near, -30, 30)).pixels).toBe(0);
+  await daemon.view.setLinkColors({ colors: [{ robot: "crate_99", link: "link" }] });
+  await expect.poll(async () => (await tab.seen(near, -30, 30)).pixels).toBeGreaterThan(0);
   await open(tab, "build-robots");
   const lines = tab.page.locator(".world-lines li");
   const few = async () => {

@@ -1,5 +1,5 @@
 // Pictures a second of moving arms on a machine that draws in software. PAGES names folders of pages to compare; without it the daemon's page is
-// measured.
+// measured. ARMS names the numbers of arms.
 
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, test } from "vitest";
@@ -8,9 +8,10 @@ import { Base } from "../src/gen/simd/v1/entity_pb";
 import { demoArm } from "../src/load/demo-arm";
 import { connect, servePage, Tab } from "./browser";
 import { Daemon } from "./daemon";
+import { pause, swing, used } from "./measuring";
 
 /** Wall milliseconds of a measurement, and before it. */
-const SPAN = 6000;
+const SPAN = Number(process.env["SPAN"] ?? "6000");
 const WARM = 3000;
 
 let browser: Browser;
@@ -21,9 +22,7 @@ afterAll(async () => {
   await browser.close();
 });
 
-const pause = (milliseconds: number): Promise<void> => new Promise((done) => setTimeout(done, milliseconds));
-
-async function moving(count: number): Promise<{ daemon: Daemon; end: () => void }> {
+async function arms(count: number): Promise<{ daemon: Daemon; names: string[] }> {
   const daemon = await Daemon.start(["--gravity", "0,0,0"]);
   const urdf = new TextEncoder().encode(demoArm());
   const names = Array.from({ length: count }, (_, index) => `arm_${index}`);
@@ -31,22 +30,14 @@ async function moving(count: number): Promise<{ daemon: Daemon; end: () => void 
     await daemon.entities.spawnEntity({ name, source: { source: { case: "urdf", value: urdf } }, base: Base.FIXED, pose: { position: { x: (index % 10) * 1.5, y: Math.floor(index / 10) * 1.5, z: 0 } } });
   }
   await daemon.entities.spawnEntity({ name: "ground", source: { source: { case: "primitive", value: { geometry: { case: "plane", value: {} } } } }, base: Base.FIXED });
-  const { layout } = await daemon.joints.getJointLayout({ robot: "arm_0" });
-  const joint = layout?.joints.find(({ limits, mimic }) => limits !== undefined && !mimic)?.name ?? "";
-  let velocity = 0.3;
-  const swing = (): void => {
-    velocity = -velocity;
-    void daemon.joints.setJointTargets({ robots: names.map((robot) => ({ robot, joints: [{ joint, target: { case: "velocity", value: { velocity } } as const }] })) });
-  };
-  swing();
-  const timer = setInterval(swing, 1000);
-  return { daemon, end: () => clearInterval(timer) };
+  return { daemon, names };
 }
 
 for (const count of (process.env["ARMS"] ?? "1 10 100").split(" ").map(Number)) {
   test(`${count} moving arms`, async () => {
-    const { daemon, end } = await moving(count);
-    for (const page of (process.env["PAGES"] ?? "").split(" ")) {
+    const { daemon, names } = await arms(count);
+    const end = await swing(daemon, names, 0.3, 1000);
+    for (const [index, page] of (process.env["PAGES"] ?? "").split(" ").entries()) {
       for (const panel of [true, false]) {
         const context = await browser.newContext({ viewport: { width: 1000, height: 640 } });
         if (page !== "") await servePage(context, page);
@@ -55,28 +46,16 @@ for (const count of (process.env["ARMS"] ?? "1 10 100").split(" ").map(Number)) 
         const tab = await Tab.open(context, daemon.url);
         const opened = performance.now() - begun;
         await pause(WARM);
-        const session = await context.newCDPSession(tab.page);
-        await session.send("Performance.enable");
-        const whole = await browser.newBrowserCDPSession();
-        const read = async () => {
-          const { metrics } = await session.send("Performance.getMetrics");
-          const busy = metrics.find(({ name }) => name === "ThreadTime")?.value ?? 0;
-          const { processInfo } = await whole.send("SystemInfo.getProcessInfo");
-          const of = (type: string): number => processInfo.filter((each) => each.type === type).reduce((sum, { cpuTime }) => sum + cpuTime, 0);
-          return { gpu: of("GPU"), browser: of("browser"), renderer: of("renderer"), busy, pictures: await tab.page.evaluate(() => window.simd.stats.pictures()), at: performance.now() };
-        };
-        const before = await read();
-        await pause(SPAN);
-        const after = await read();
-        const seconds = (after.at - before.at) / 1e3;
+        const use = await used(tab, SPAN);
+        const each = (["gpu", "browser", "renderer", "busy"] as const).map((of) => `${of} ${((1e3 * use[of]) / use.pictures).toFixed(1)}`);
         console.log(
-          `${count} arms, ${page || "the daemon's page"}, ${panel ? "with" : "without"} panel: ${((after.pictures - before.pictures) / seconds).toFixed(1)} pictures/s; a picture takes ms of a core ${(["gpu", "browser", "renderer", "busy"] as const).map((of) => `${of} ${((1e3 * (after[of] - before[of])) / (after.pictures - before.pictures)).toFixed(1)}`).join(", ")}; opened in ${opened.toFixed(0)} ms`,
+          `${count} arms, ${page || "the daemon's page"}, ${panel ? "with" : "without"} panel: ${(use.pictures / use.seconds).toFixed(1)} pictures/s; a picture takes ms of a core: ${each.join(", ")}; opened in ${opened.toFixed(0)} ms`,
         );
-        await tab.picture(`draft-${count}-${page.includes("ci2") ? "before" : "after"}-${panel}`);
+        await tab.picture(`draft-${count}-${index}-${panel}`);
         await context.close();
       }
     }
-    end();
+    await end();
     await daemon.stop();
   });
 }

@@ -8,6 +8,7 @@ import { afterAll, beforeAll, test } from "vitest";
 import { Base } from "../src/gen/simd/v1/entity_pb";
 import { connect, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
+import { pause, swing, used } from "./measuring";
 
 /** Wall milliseconds of a measurement. */
 const SPAN = 5000;
@@ -19,8 +20,6 @@ beforeAll(async () => {
 afterAll(async () => {
   await browser.close();
 });
-
-const pause = (milliseconds: number): Promise<void> => new Promise((done) => setTimeout(done, milliseconds));
 
 /** Milliseconds by which steps were published later than the earliest by its clock: the 50th and the 99th percentile. */
 async function lateness(daemon: Daemon): Promise<string> {
@@ -88,26 +87,17 @@ test("states a second, and the daemon's real-time factor", async () => {
  * scripts hold.
  */
 async function measured(tab: Tab, span: number): Promise<string> {
+  const drawing = () => tab.page.evaluate(() => (window as unknown as { drawing: number }).drawing);
+  const before = await drawing();
+  const { pictures, states, seconds, script, busy } = await used(tab, span);
+  const drawn = (await drawing()) - before;
   const session = await tab.page.context().newCDPSession(tab.page);
-  await session.send("Performance.enable");
-  const read = async () => {
-    const { metrics } = await session.send("Performance.getMetrics");
-    const metric = (wanted: string): number => metrics.find(({ name }) => name === wanted)?.value ?? 0;
-    const [script, busy] = [metric("ScriptDuration"), metric("ThreadTime")];
-    const [frames, pictures, drawing] = await tab.page.evaluate(() => [window.simd.stats.frames(), window.simd.stats.pictures(), (window as unknown as { drawing: number }).drawing] as const);
-    return { frames, pictures, drawing, script, busy, at: performance.now() };
-  };
-  const before = await read();
-  await pause(span);
-  const after = await read();
   await session.send("HeapProfiler.collectGarbage");
   const heap = (await session.send("Runtime.getHeapUsage")).usedSize / 1e6;
   await session.detach();
-  const seconds = (after.at - before.at) / 1e3;
-  const [pictures, frames] = [after.pictures - before.pictures, after.frames - before.frames];
-  const each = pictures === 0 ? "none" : `${((after.drawing - before.drawing) / pictures).toFixed(1)} ms`;
-  const share = (of: "script" | "busy") => ((100 * (after[of] - before[of])) / seconds).toFixed(1);
-  return `states/s ${(frames / seconds).toFixed(1)} pictures/s ${(pictures / seconds).toFixed(2)} script a picture ${each}, all script ${share("script")} % of a core, main thread ${share("busy")} %, heap ${heap.toFixed(1)} MB`;
+  const each = pictures === 0 ? "none" : `${(drawn / pictures).toFixed(1)} ms`;
+  const share = (of: number): string => ((100 * of) / seconds).toFixed(1);
+  return `states/s ${(states / seconds).toFixed(1)} pictures/s ${(pictures / seconds).toFixed(2)} script a picture ${each}, all script ${share(script)} % of a core, main thread ${share(busy)} %, heap ${heap.toFixed(1)} MB`;
 }
 
 /** Counts the milliseconds that animation frames take, in `window.drawing`. */
@@ -137,14 +127,7 @@ test("a hundred robots of 3,000 links in one tab", async () => {
   const begun = performance.now();
   const tab = await Tab.open(context, daemon.url);
   console.log(`100 robots, ${links} links: on the screen after ${(performance.now() - begun).toFixed(0)} ms`);
-  // Each robot moves one joint to and fro, so that every picture differs.
-  const { layout } = await daemon.joints.getJointLayout({ robot: "robot_0" });
-  const joint = layout?.joints.find(({ limits, mimic }) => limits !== undefined && !mimic)?.name ?? "";
-  const names = Array.from({ length: 100 }, (_, index) => `robot_${index}`);
-  const swing = (velocity: number) =>
-    daemon.joints.setJointTargets({ robots: names.map((robot) => ({ robot, joints: [{ joint, target: { case: "velocity", value: { velocity } } as const }] })) });
-  let velocity = 0.05;
-  const swinging = setInterval(() => void swing((velocity = -velocity)), 2000);
+  const end = await swing(daemon, Array.from({ length: 100 }, (_, index) => `robot_${index}`), 0.05, 2000);
   await pause(2000);
   // Minutes until the memory is measured again: 10 for a figure of a release.
   const minutes = Number(process.env.FIGURES_MINUTES ?? "1");
@@ -157,8 +140,7 @@ test("a hundred robots of 3,000 links in one tab", async () => {
   figures.forEach((figure, index) => console.log(`moving, tab ${index + 1} of 3: ${figure}`));
   for (const each of tabs.slice(1)) await each.page.close();
   await tab.page.bringToFront();
-  clearInterval(swinging);
-  await daemon.joints.setJointTargets({ robots: names.map((robot) => ({ robot, joints: [{ joint, target: { case: "hold", value: {} } as const }] })) });
+  await end();
   await pause(5000);
   console.log(`still, and playing: ${await measured(tab, 4 * SPAN)}`);
   await context.close();

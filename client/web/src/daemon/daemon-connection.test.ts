@@ -8,6 +8,7 @@ import { EventService } from "../gen/simd/v1/event_pb";
 import { JointService, NextJointStatesResponseSchema, type NextJointStatesRequest } from "../gen/simd/v1/joint_pb";
 import { ParameterService } from "../gen/simd/v1/parameter_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
+import { pictureInterval } from "../state/picture";
 import { restarted } from "../state/restart";
 import { scenes } from "../state/scene";
 import { contacts } from "../state/view";
@@ -142,6 +143,17 @@ test("a playing world is polled at most sixty times a second", async () => {
   expect(rate).toBeLessThanOrEqual(61);
   expect(rate).toBeGreaterThan(50);
   expect(world.asked.at(-1)).toMatchObject({ timeout: 0.02, returnLinkPoses: true, returnContacts: false });
+});
+
+test("a page that draws five pictures a second asks for ten states, since more would only take time from its pictures", async () => {
+  pictureInterval.value = 200;
+  world.playing = true;
+  daemonConnection.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  const before = world.count("states");
+  await vi.advanceTimersByTimeAsync(2000);
+  expect((world.count("states") - before) / 2).toBeCloseTo(10, 0);
+  pictureInterval.value = 0;
 });
 
 test("values of a robot that has not changed are those of the state before", async () => {

@@ -1,6 +1,7 @@
 // The page's connection to its daemon: polls states, detects a lost daemon, and reconnects.
 import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
+import { pictureInterval } from "../state/picture";
 import { contactsWanted } from "../state/view";
 import { isStill } from "../state/stillness";
 import { connection, daemonName, frame, isRole, limits, robots, role, tokenName, type Frame } from "../state/world";
@@ -16,6 +17,10 @@ import { ViewLink } from "./view-link";
 
 /** Milliseconds between the starts of two calls: 60 states a second. */
 const INTERVAL = 1000 / 60;
+/** Number of calls for each picture of a page that draws slowly: more states would only take time from its pictures. */
+const STATES_A_PICTURE = 2;
+/** Maximum milliseconds between two calls of such a page. */
+const SLOWEST_INTERVAL = 100;
 /** Seconds that the daemon waits for a newer state. */
 const WAIT = 0.02;
 /** Number of consecutive responses without a new state after which the world counts as idle. */
@@ -108,7 +113,7 @@ export class DaemonConnection {
 
   private async run(): Promise<number> {
     const now = performance.now();
-    this.due = Math.max(this.due + INTERVAL, now);
+    this.due = Math.max(this.due + this.interval(), now);
     try {
       if (connection.value.state !== "live") await this.connect();
       const idle = this.unchanged >= IDLE_AFTER;
@@ -117,6 +122,11 @@ export class DaemonConnection {
       return this.disconnect(error);
     }
     return this.rests() ? IDLE_INTERVAL : Math.max(0, this.due - performance.now());
+  }
+
+  /** Milliseconds between the starts of two calls in a world that moves. */
+  private interval(): number {
+    return Math.max(INTERVAL, Math.min(SLOWEST_INTERVAL, pictureInterval.peek() / STATES_A_PICTURE));
   }
 
   private async connect(isAnother = false): Promise<void> {

@@ -1,5 +1,6 @@
 // Quality of the picture: light, shadows, reflections, ambient occlusion and pixels, by the user's choice or by the frame rate.
 import type { Scene, WebGLRenderer, WebGLRenderTarget } from "three";
+import { pictureInterval } from "../state/picture";
 import type { Quality } from "../state/view";
 import type { AmbientOcclusion } from "./ambient-occlusion";
 import { isSoftware } from "./drawing-context";
@@ -96,12 +97,13 @@ export class Appearance {
 
   /** Takes an animation frame: see `FrameTimes.take`. */
   measure(at: number, drew: boolean, goesOn: boolean): void {
-    if (this.quality === "low") {
-      this.lowTimes.take(at, drew, goesOn);
-      this.halves ||= this.lowTimes.isSlow();
+    const times = this.quality === "low" ? this.lowTimes : this.times;
+    times.take(at, drew, goesOn);
+    pictureInterval.value = times.median() ?? 0;
+    if (times === this.lowTimes) {
+      this.halves ||= times.isSlow();
       return;
     }
-    this.times.take(at, drew, goesOn);
     if (this.choice !== "auto") return;
     // The effect that was drawn last is left out first.
     if (this.occludes === "unknown" && this.times.isFast()) this.occludes = "yes";

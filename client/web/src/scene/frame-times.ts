@@ -45,7 +45,7 @@ export class FrameTimes {
   }
 
   /** Returns the median milliseconds between the newest pictures; undefined while they are too few. */
-  private median(): number | undefined {
+  median(): number | undefined {
     return this.intervals.length < this.count ? undefined : [...this.intervals].sort((a, b) => a - b)[Math.floor(this.count / 2)];
   }
 

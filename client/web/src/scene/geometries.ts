@@ -8,19 +8,64 @@ export const PLANE_RADIUS = 200;
 /** All shapes except those that are fetched from the daemon. */
 export type Primitive = Exclude<Geometry, { kind: "mesh" | "convex" }>;
 
-/** Returns the triangles of a primitive; the caller disposes of them. */
-export function triangles(primitive: Primitive): BufferGeometry {
+/** Sides of round primitives; and of those that are so small in the picture that their edge is off by less than half a pixel. */
+const ROUND = 40;
+const COARSE = 12;
+/** Pixels of the largest radius for which `COARSE` is enough. */
+const COARSE_RADIUS = 0.4 / (1 - Math.cos(Math.PI / COARSE));
+
+/** Triangles of primitives: equal ones are shared, and disposed of with their last user. */
+export class Primitives {
+  private readonly entries = new Map<string, { made: BufferGeometry; users: number }>();
+  private readonly rounds = new WeakMap<BufferGeometry, { primitive: Primitive; radius: number; coarse?: BufferGeometry }>();
+
+  /** Returns the triangles, and a function that releases them. */
+  acquire(primitive: Primitive, repeat?: TextureRepeat): { made: BufferGeometry; release: () => void } {
+    const key = JSON.stringify([primitive, repeat]);
+    let entry = this.entries.get(key);
+    if (!entry) {
+      entry = { made: triangles(primitive), users: 0 };
+      if (repeat) repeatPicture(entry.made, primitive, repeat);
+      else if ("radius" in primitive) this.rounds.set(entry.made, { primitive, radius: primitive.radius });
+      this.entries.set(key, entry);
+    }
+    const { made } = entry;
+    entry.users += 1;
+    return { made, release: () => this.release(key) };
+  }
+
+  /** Returns the triangles that suffice where a metre has this many pixels: the same, or fewer that look equal. */
+  readonly sufficient = (made: BufferGeometry, pixels: number): BufferGeometry => {
+    const round = this.rounds.get(made);
+    if (!round || round.radius * pixels > COARSE_RADIUS) return made;
+    round.coarse ??= triangles(round.primitive, COARSE);
+    return round.coarse;
+  };
+
+  private release(key: string): void {
+    const entry = this.entries.get(key);
+    if (!entry) return;
+    entry.users -= 1;
+    if (entry.users > 0) return;
+    this.entries.delete(key);
+    this.rounds.get(entry.made)?.coarse?.dispose();
+    entry.made.dispose();
+  }
+}
+
+/** Returns the triangles of a primitive, of so many sides if it is round; the caller disposes of them. */
+export function triangles(primitive: Primitive, sides = ROUND): BufferGeometry {
   switch (primitive.kind) {
     case "box":
       return new BoxGeometry(...primitive.size);
     case "sphere":
-      return new SphereGeometry(primitive.radius, 40, 24);
+      return new SphereGeometry(primitive.radius, sides, Math.round(0.6 * sides));
     case "cylinder":
-      return new CylinderGeometry(primitive.radius, primitive.radius, primitive.length, 40).rotateX(Math.PI / 2);
+      return new CylinderGeometry(primitive.radius, primitive.radius, primitive.length, sides).rotateX(Math.PI / 2);
     case "capsule":
-      return new CapsuleGeometry(primitive.radius, primitive.length, 12, 32).rotateX(Math.PI / 2);
+      return new CapsuleGeometry(primitive.radius, primitive.length, Math.round(0.3 * sides), Math.round(0.8 * sides)).rotateX(Math.PI / 2);
     case "cone":
-      return new ConeGeometry(primitive.radius, primitive.length, 40).rotateX(Math.PI / 2);
+      return new ConeGeometry(primitive.radius, primitive.length, sides).rotateX(Math.PI / 2);
     case "plane":
       // Along z; the caller rotates it to its normal.
       return new CircleGeometry(PLANE_RADIUS, 64);

@@ -53,6 +53,8 @@ export interface Hook {
     requests(): number;
     /** Number of received states. */
     frames(): number;
+    /** Number of calls that drew the last picture. */
+    calls(): number;
   };
 }
 
@@ -105,7 +107,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
     handle: () => handleHeld.peek(),
     quality: () => stage.appearance.quality,
     occlusion: () => stage.appearance.hasOcclusion,
-    stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
+    stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames, calls: () => stage.calls },
   };
   return frame.subscribe(() => {
     frames += 1;

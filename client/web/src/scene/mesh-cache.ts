@@ -1,7 +1,9 @@
-// Cache of meshes and convex colliders by their address: each is fetched once, shared by its users, and disposed of with the last.
+// Cache of meshes and convex colliders by their address, and of primitives. Each is fetched or made once, shared by its users, and disposed of with the
+// last.
 import { Group, Mesh, MeshStandardMaterial, type BufferGeometry, type Material, type Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import type { Geometry } from "../state/scene";
+import { Primitives } from "./geometries";
 import { Surface } from "./surface";
 
 /** A mesh in use. */
@@ -19,6 +21,7 @@ export function addressOf(geometry: Extract<Geometry, { sha256: string }>): stri
 
 /** Cache with reference counts. */
 export class MeshCache {
+  readonly primitives = new Primitives();
   private readonly entries = new Map<string, Entry>();
   private readonly loader = new GLTFLoader().register(() => ({ name: "surface", getMaterialType: () => Surface }));
   private loading = 0;

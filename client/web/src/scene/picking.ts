@@ -1,5 +1,6 @@
 // Picking of the link under the pointer.
 import { Raycaster, Vector2, type Object3D, type Vector3 } from "three";
+import { COPIED } from "./copies";
 import type { RobotView } from "./robot-view";
 import { aim, type ViewCamera } from "./view-camera";
 
@@ -13,6 +14,7 @@ export interface Hit {
 }
 
 const raycaster = new Raycaster();
+raycaster.layers.enable(COPIED);
 
 /** Returns the ray of the camera through a point of the canvas; x and y from -1 to 1, y up. */
 export function pickRay(at: Vector2, camera: ViewCamera): Raycaster {

@@ -2,6 +2,7 @@
 import { BoxGeometry, Group, Mesh, MeshStandardMaterial, type Material, type Object3D } from "three";
 import { expect, test } from "vitest";
 import type { RobotScene, Shape } from "../state/scene";
+import { Primitives } from "./geometries";
 import { addressOf, type MeshCache } from "./mesh-cache";
 import { Materials } from "./materials";
 import { RobotView } from "./robot-view";
@@ -25,6 +26,7 @@ const SCENE: RobotScene = {
 
 /** A stub that returns a cube for each address. */
 class MeshStub {
+  readonly primitives = new Primitives();
   readonly acquired: string[] = [];
   readonly released: string[] = [];
 

@@ -1,9 +1,8 @@
 // The drawing of one robot: a group for each link, with its visuals, its colliders and its axes.
-import { Box3, BoxGeometry, Group, Matrix4, Mesh, MeshStandardMaterial, Quaternion, Vector3, type BufferGeometry, type Material, type Object3D } from "three";
+import { Box3, BoxGeometry, Group, Matrix4, Mesh, MeshStandardMaterial, Quaternion, Vector3, type Material, type Object3D } from "three";
 import type { Rgba } from "../state/markers";
 import type { Geometry, RobotScene, Shape } from "../state/scene";
 import { MIN_MOTION } from "../state/stillness";
-import { repeatPicture, triangles } from "./geometries";
 import { addressOf, isUnpainted, type MeshCache } from "./mesh-cache";
 import { colourable, highlighted, tint, type Materials } from "./materials";
 import { Triad } from "./rods";
@@ -28,8 +27,8 @@ export class RobotView {
   private readonly visuals: Group[];
   private readonly collisions: Group[];
   private readonly axes: Triad[] = [];
-  private readonly geometries: BufferGeometry[] = [];
-  private readonly acquired: string[] = [];
+  /** Frees what it shares with other robots. */
+  private readonly releases: (() => void)[] = [];
   private shown: Shown = { visuals: true, collisions: false, frames: false };
   private hasCollisions = false;
   private highlighted = -1;
@@ -54,11 +53,13 @@ export class RobotView {
       link.userData["link"] = index;
       // Hidden until its first pose.
       link.visible = false;
+      still(link);
       for (const layer of [this.visuals[index], this.collisions[index]]) {
-        if (layer) link.add(layer);
+        if (layer) link.add(still(layer));
       }
       this.group.add(link);
     });
+    still(this.group);
     // A robot without visuals is drawn by its collision shapes.
     const drawn = scene.visuals.length > 0 ? scene.visuals : scene.collisions;
     for (const shape of drawn) this.add(shape, this.visuals[shape.link], "solid");
@@ -75,6 +76,7 @@ export class RobotView {
       if (shift < MIN_MOTION && turn < MIN_MOTION && link.visible) return;
       p.set(x, y, z);
       q.set(qx, qy, qz, qw);
+      link.updateMatrix();
       link.visible = true;
       moved = true;
     });
@@ -208,8 +210,7 @@ export class RobotView {
     this.highlight(-1);
     this.color(new Map());
     this.group.removeFromParent();
-    for (const geometry of this.geometries) geometry.dispose();
-    for (const address of this.acquired) this.meshes.release(address);
+    for (const release of this.releases) release();
   }
 
   private add(shape: Shape, layer: Group | undefined, look: Look): void {
@@ -223,15 +224,16 @@ export class RobotView {
     const { geometry } = shape;
     if (geometry.kind === "mesh" || geometry.kind === "convex") {
       if (geometry.kind === "mesh") at.scale.set(...geometry.scale);
+      still(at);
       void this.addMesh(geometry, shape, at, look);
       return;
     }
     if (geometry.kind === "plane") {
       at.quaternion.multiply(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...geometry.normal).normalize()));
     }
-    const made = triangles(geometry);
-    if (shape.textureRepeat) repeatPicture(made, geometry, shape.textureRepeat);
-    this.geometries.push(made);
+    still(at);
+    const { made, release } = this.meshes.primitives.acquire(geometry, shape.textureRepeat);
+    this.releases.push(release);
     const plain = geometry.kind === "plane" && !shape.color && shape.texture === undefined ? this.materials.ground : this.materials.solid(shape.color, false, shape.texture);
     const material = this.paint ?? plain;
     const mesh = new Mesh(made, look === "solid" ? material : this.materials.collision);
@@ -241,7 +243,7 @@ export class RobotView {
 
   private async addMesh(geometry: Extract<Geometry, { sha256: string }>, shape: Shape, at: Group, look: Look): Promise<void> {
     const address = addressOf(geometry);
-    if (address !== undefined) this.acquired.push(address);
+    if (address !== undefined) this.releases.push(() => this.meshes.release(address));
     const loaded = address === undefined ? undefined : await this.meshes.acquire(address);
     if (this.disposed) return;
     if (loaded) {
@@ -254,8 +256,9 @@ export class RobotView {
       this.finish(loaded, at, look);
     } else {
       const box = new BoxGeometry(MARKER, MARKER, MARKER);
-      this.geometries.push(box);
+      this.releases.push(() => box.dispose());
       at.scale.setScalar(1);
+      still(at);
       at.add(new Mesh(box, this.materials.missing));
     }
     if (this.colors.size > 0) this.addColor(shape.link);
@@ -277,6 +280,13 @@ export class RobotView {
     }
     at.add(object);
   }
+}
+
+/** Computes the place of an object in its parent once, and not for each picture. Returns it. */
+function still<T extends Object3D>(object: T): T {
+  object.updateMatrix();
+  object.matrixAutoUpdate = false;
+  return object;
 }
 
 /** Key of the material that a mesh had before it got a separate one: without the highlight, and as described. */

@@ -21,6 +21,7 @@ import { reportCamera } from "./camera-report";
 import { ConstraintMarks, type Finder } from "./constraints";
 import { ContactScale } from "./contact-scale";
 import { ContactMarks } from "./contacts";
+import { Copies } from "./copies";
 import { DrawnMarkers } from "./drawn-markers";
 import { drawingContext } from "./drawing-context";
 import { weightOf } from "./extent";
@@ -54,6 +55,8 @@ export class Stage {
   readonly ghosts: GhostViews;
   /** Frames rendered so far. */
   pictures = 0;
+  /** Number of calls that drew the last picture, without views from the sides. */
+  calls = 0;
   /** The newest state that was drawn. */
   drawn = 0n;
   private readonly renderer: WebGLRenderer;
@@ -62,6 +65,8 @@ export class Stage {
   private readonly grid = new Grid(this.scene);
   private readonly light = new Light(this.scene);
   readonly appearance: Appearance;
+  readonly copies: Copies;
+  private readonly pixels = new Vector2();
   readonly constraints = new ConstraintMarks();
   readonly markers = new DrawnMarkers();
   readonly structure = new StructureMarks();
@@ -95,9 +100,13 @@ export class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.robots = new RobotViews(() => this.contentChanged());
+    this.copies = new Copies(this.robots.meshes.primitives.sufficient);
     this.ghosts = new GhostViews(this.robots.meshes, this.robots.materials, () => this.contentChanged());
     this.scene.fog = this.fog;
-    this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.structure.group, this.marks.group, this.markers.group);
+    // Only what moves is computed again: the scene and the robots' group stay at the origin.
+    for (const still of [this.scene, this.robots.group, this.copies.group]) still.matrixAutoUpdate = false;
+    this.scene.onBeforeRender = (renderer, _, camera) => this.copies.place(camera, renderer.getDrawingBufferSize(this.pixels).y, this.appearance.quality === "high");
+    this.scene.add(this.copies.group, this.robots.group, this.ghosts.group, this.constraints.group, this.structure.group, this.marks.group, this.markers.group);
     this.labels = new Labels(canvas);
     this.contactScale = new ContactScale(canvas);
     this.camera = new Camera(canvas, () => this.invalidate());
@@ -142,6 +151,7 @@ export class Stage {
     this.markers.dispose();
     this.ghosts.dispose();
     this.robots.dispose();
+    this.copies.dispose();
     this.constraints.dispose();
     this.structure.dispose();
     this.labels.dispose();
@@ -372,7 +382,9 @@ export class Stage {
     // The fog hides the edge of the ground.
     this.fog.near = Math.max(12, 3 * distance);
     this.fog.far = Math.max(120, 8 * distance);
+    this.copies.gather(this.robots.group);
     this.appearance.draw(distance);
+    this.calls = this.renderer.info.render.calls;
     this.sides?.draw(this.renderer, this.scene, this.camera);
     this.labels.show([...namesOf(this.robots.all()), ...this.marks.labels()], this.camera.camera);
     this.contactScale.show(this.marks.group.visible ? this.marks.metresPerNewton() : 0, this.camera.camera, distance);

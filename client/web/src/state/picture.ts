@@ -19,6 +19,8 @@ export const pictureOpen = signal(false);
 export const drawnSequence = signal(0n);
 /** Increases with each picture of the scene, in the task that has drawn it. */
 export const drawnPictures = signal(0);
+/** Median of milliseconds from one of the newest pictures to the next, while they follow one another; 0 before that is known. */
+export const pictureInterval = signal(0);
 /** Increases with each picture that is requested without a change. */
 export const redraws = signal(0);
 
