@@ -124,7 +124,7 @@ target/docs-venv/installed: client/python/docs/requirements.txt
 
 # The page's unit tests, then the page that the daemon serves, in real browsers. Pictures are written to
 # target/screenshots.
-test-web: test-data
+test-web: test-data target/python-venv/installed
 	@$(CAN) npm; case $$? in \
 	  0) $(MAKE) --no-print-directory web && (cd client/web && npm test --silent) && $(MAKE) --no-print-directory test-browsers ;; \
 	  1) ;; \

@@ -79,7 +79,7 @@ export class Daemon {
   static async start(flags: string[], listen = "127.0.0.1:0"): Promise<Daemon> {
     if (!existsSync(BINARY)) throw new Error(`there is no ${BINARY}: \`make build\` builds it`);
     const home = await mkdtemp(`${tmpdir()}/simd-e2e-`);
-    const all = ["--listen", listen, "--zenoh", "off", "--log", "warn", ...flags];
+    const all = ["--listen", listen, ...(flags.includes("--zenoh") ? [] : ["--zenoh", "off"]), "--log", "warn", ...flags];
     const child = spawn(BINARY, all, {
       cwd: REPOSITORY,
       env: { ...process.env, HOME: home, XDG_CONFIG_HOME: home, XDG_STATE_HOME: home },

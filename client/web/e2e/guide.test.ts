@@ -10,7 +10,7 @@ import { promisify } from "node:util";
 import { expect, test } from "vitest";
 
 import { demoArm } from "../src/load/demo-arm";
-import { BINARY, Daemon } from "./daemon";
+import { BINARY, Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
 const use = fixtures();
@@ -18,6 +18,8 @@ const run = promisify(execFile);
 
 const TOKEN = `simd_${"2".repeat(64)}`;
 const SIMCTL = resolve(dirname(BINARY), "simctl");
+/** Python with the client, which `make test-web` installs. */
+const PYTHON = resolve(REPOSITORY, "target/python-venv/bin/python");
 
 /** A folder with the files that the commands name: a robot, the authority and a token. */
 async function folder(): Promise<string> {
@@ -33,15 +35,17 @@ async function folder(): Promise<string> {
 }
 
 const KINDS = [
-  { name: "without TLS", flags: () => [] },
-  { name: "with TLS and tokens", flags: (at: string) => ["--tls-certificate", `${at}/tls/server.pem`, "--tls-key", `${at}/tls/server.key`, "--tokens", `${at}/tokens`] },
+  { name: "without TLS", zenoh: "tcp", flags: () => [] },
+  { name: "with TLS and tokens", zenoh: "tls", flags: (at: string) => ["--tls-certificate", `${at}/tls/server.pem`, "--tls-key", `${at}/tls/server.key`, "--tokens", `${at}/tokens`] },
 ] as const;
 
-for (const { name, flags } of KINDS) {
-  test(`each command of the help works as it is shown, ${name}`, async () => {
+for (const { name, zenoh, flags } of KINDS) {
+  test(`each command and program of the help works as it is shown, ${name}`, async () => {
     const at = await folder();
+    // Without this machine's settings.
+    const where = { cwd: at, env: { PATH: process.env.PATH, HOME: at, XDG_CONFIG_HOME: at } };
     try {
-      const daemon = await use.daemon(Daemon.start([...flags(at)]));
+      const daemon = await use.daemon(Daemon.start(["--zenoh", `${zenoh}/127.0.0.1:0`, ...flags(at)]));
       const page = await (await use.context({ ignoreHTTPSErrors: true })).newPage();
       await page.goto(daemon.url);
       if (daemon.url.startsWith("https:")) {
@@ -51,13 +55,23 @@ for (const { name, flags } of KINDS) {
       await page.getByTestId("empty-world").waitFor();
       await page.getByTestId("help").click();
       await page.getByTestId("help-begin").click();
-      const commands = (await page.getByTestId("guide-command").allTextContents()).filter((text) => text.startsWith("simctl "));
+      // The page says where Zenoh is, which the program asks the same port for.
+      await expect.poll(() => page.getByTestId("guide-zenoh").textContent()).toMatch(new RegExp(`\\(${zenoh}/127\\.0\\.0\\.1:\\d+\\)`));
+      const shown = await page.getByTestId("guide-command").allTextContents();
+      const runProgram = async (texts: readonly string[]): Promise<void> => {
+        await run(PYTHON, ["-c", (texts.at(-1) ?? "").replace("simd_...", TOKEN)], where);
+      };
+      if (daemon.url.startsWith("http:")) {
+        await runProgram(shown);
+        expect((await daemon.joint("demo_arm", "elbow")).target).toBe(0.5);
+        await daemon.entities.deleteEntity({ robot: "demo_arm" });
+      }
+      const commands = shown.filter((text) => text.startsWith("simctl "));
       expect(commands.length).toBe(3);
       const answers: string[] = [];
       for (const command of commands) {
         const [, ...words] = command.split(" ");
-        // Without this machine's settings.
-        const { stdout } = await run(SIMCTL, words, { cwd: at, env: { PATH: process.env.PATH, HOME: at, XDG_CONFIG_HOME: at } });
+        const { stdout } = await run(SIMCTL, words, where);
         answers.push(stdout);
       }
       expect(answers.at(-1)).toMatch(/demo_arm[\s\S]*ground|ground[\s\S]*demo_arm/);
@@ -68,6 +82,9 @@ for (const { name, flags } of KINDS) {
       await page.keyboard.press("?");
       await page.getByTestId("help-begin").click();
       await page.getByTestId("guide").waitFor();
+      await expect.poll(() => page.getByTestId("guide-zenoh").getAttribute("data-way")).toBe("reached");
+      await runProgram(await page.getByTestId("guide-command").allTextContents());
+      await expect.poll(() => page.getByTestId("number").first().inputValue()).toBe("0.500 rad");
       await page.screenshot({ path: `${import.meta.dirname}/../../../target/screenshots/how-to-begin-${name.replaceAll(" ", "-")}.png` });
     } finally {
       await rm(at, { recursive: true, force: true });

@@ -1,7 +1,10 @@
 // Guide to loading and moving a robot, with commands that reach this daemon.
 import type { JSX } from "preact";
+import { useEffect, useState } from "preact/hooks";
 import { role } from "../state/world";
-import { here, loadCommand, pythonProgram, simctl } from "./commands";
+import { exampleOf, here, loadCommand, pythonProgram, simctl, type Reached } from "./commands";
+import { shownRobot } from "./shown-robot";
+import { zenohWay, type ZenohWay } from "./zenoh-way";
 
 /** A part of the help. */
 export function Guide(): JSX.Element {
@@ -36,12 +39,40 @@ export function Guide(): JSX.Element {
       <p>Each joint has a row in the panel: the handle of the slider is its target, the bar what the joint does. Drag a link in the picture to pull it. Space plays and pauses.</p>
       <Command text={simctl("robot list", to)} />
       <h3>From a program</h3>
-      <p>
-        Programs in Python go by Zenoh, whose port is 7447 unless the operator chose another. Where Zenoh is only for the daemon’s own machine, run them there. <code>pip install simd-client</code>
-      </p>
-      <Command text={pythonProgram(to)} />
+      <Program to={to} />
     </div>
   );
+}
+
+/** A program in Python, and where the daemon is reached over Zenoh, which the program speaks. */
+function Program({ to }: { to: Reached }): JSX.Element {
+  const [way, setWay] = useState<ZenohWay | undefined>();
+  useEffect(() => void zenohWay().then(setWay), []);
+  return (
+    <>
+      <p data-testid="guide-zenoh" data-way={way?.kind}>
+        {way?.kind === "off" ? (
+          <>
+            Programs in Python go by Zenoh, and this daemon was started without it. Start it without <code>--zenoh off</code>.
+          </>
+        ) : way?.kind === "near" ? (
+          <>
+            Programs in Python go by Zenoh, which is for the daemon’s own machine (<code>{way.locator}</code>). Run them there, or start the daemon with <code>--zenoh tcp/0.0.0.0:7447</code>.
+          </>
+        ) : (
+          <>
+            Programs in Python go by Zenoh{way && <> (<code>{way.locator}</code>)</>}, and ask this address where it is. <code>pip install simd-client</code>
+          </>
+        )}
+      </p>
+      {way?.kind !== "off" && <Command text={pythonProgram(way?.kind === "near" ? { ...to, host: nearby(to.host) } : to, exampleOf(shownRobot.value))} />}
+    </>
+  );
+}
+
+/** Returns the address by which the daemon's own machine reaches it. */
+function nearby(host: string): string {
+  return host.replace(/^(\[.*\]|[^:]*)/, "127.0.0.1");
 }
 
 function Command({ text }: { text: string }): JSX.Element {

@@ -1,6 +1,7 @@
 // Commands contain exactly the options that reach the page's daemon.
 import { expect, test } from "vitest";
-import { loadCommand, pythonProgram, type Reached } from "./commands";
+import { type Axis, type Robot } from "../state/world";
+import { exampleOf, loadCommand, pythonProgram, type Reached } from "./commands";
 
 const near: Reached = { host: "127.0.0.1:7400", isTls: false, asksToken: false };
 
@@ -23,4 +24,15 @@ test("a program connects to the daemon of the page and to no other", () => {
   expect(pythonProgram({ host: "lab:7400", isTls: true, asksToken: true })).toContain(
     'connect("https://lab:7400", config=simd_client.tls.authority("ca.pem"), token="simd_...")',
   );
+});
+
+test("a program moves a joint of the robot that the page shows, to where it can go", () => {
+  const axis = (joint: string, more: Partial<Axis>): Partial<Axis> => ({ joint, axis: 0, actuated: true, kind: "angle", ...more });
+  const robot = (...axes: Partial<Axis>[]): Robot => ({ name: 'arm "1"', axes }) as unknown as Robot;
+  expect(pythonProgram(near, exampleOf(robot(axis("follower", { actuated: false }), axis("elbow", { upper: 0.25 }))))).toContain(
+    'arm = sim.robot("arm \\"1\\"")\n    arm.joints["elbow"].target = 0.25  # rad',
+  );
+  expect(exampleOf(robot(axis("slide", { kind: "length", lower: -1, upper: 1 })))).toMatchObject({ joint: "slide", target: 0.05, unit: "m" });
+  expect(exampleOf(robot(axis("ball", { isBall: true })))).toBeUndefined();
+  expect(pythonProgram(near)).toContain('sim.load("path/to/robot.urdf", fixed=True)');
 });
