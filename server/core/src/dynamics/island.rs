@@ -13,20 +13,19 @@ mod split_velocities;
 mod stiffening;
 mod unsound;
 
-use std::ops::Range;
-
 use glamx::{DPose3, DVec3};
 
 use super::articulation::{Articulation, EXACT_ROUNDS, MAX_ROUNDS};
 use super::constraint::contact::{Contact, ContactRows};
-use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
 use super::constraint::momentum::Momentum;
 use super::constraint::turning::TurningRows;
 use super::constraint::{PlacedBody, Turning};
-use super::lanes::SingleBodies;
+use super::direct::Direct;
+use super::member::Member;
 use super::scratch::MultiRhs;
+use super::single_bodies::SingleBodies;
 use super::symmetric::Symmetric;
 pub(in crate::dynamics) use impulses::{DIRECT_AT, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED};
 pub use residual::SolverChoice;
@@ -123,31 +122,6 @@ pub struct ActiveConstraint<'a> {
     pub fixed: [DPose3; 2],
     /// Sort key of the owner.
     pub order: (usize, usize),
-}
-
-/// A robot of an island.
-#[derive(Clone, Copy, Debug)]
-pub struct Member {
-    /// Index of the robot in the world.
-    pub robot: usize,
-    /// First velocity among those of the island.
-    pub first: usize,
-    /// Number of velocities.
-    pub len: usize,
-    /// Whether it has one body.
-    pub is_one_body: bool,
-    /// Whether it is a free body that only touches. It is not read again before its position is integrated:
-    /// each access would fetch the bodies of a heap from distant memory.
-    is_seen_last: bool,
-    /// Whether a contact has given it an impulse in this step.
-    is_touched: bool,
-}
-
-impl Member {
-    /// Returns the range of its velocities among those of the island.
-    fn velocities(&self) -> Range<usize> {
-        self.first..self.first + self.len
-    }
 }
 
 impl Island {

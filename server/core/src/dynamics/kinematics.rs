@@ -4,8 +4,8 @@ use glamx::{DMat3, DPose3, DQuat, DVec3};
 
 use super::scratch::BodyScratch;
 use super::spatial::{Placement, Spatial};
-use super::spherical::{NEXT_AXIS, orientation, velocity_product};
-use super::tree::{Body, JointType, LinkFrame, Tree};
+use super::spherical::{orientation, velocity_product};
+use super::tree::{Body, JointType, LinkFrame, NEXT_AXIS, Tree};
 use super::trigonometry::sin_cos;
 
 /// Pose and velocity of a body, world axes.

@@ -17,8 +17,10 @@
 //! * [`articulation`]: the state of one robot, and its step.
 //! * [`configuration`]: pose and motion of a robot apart from any world; [`jacobian`], [`inverse_dynamics`],
 //!   [`inverse_kinematics`]: quantities derived from it.
-//! * [`lanes`]: copies of one robot stepped side by side, and contacts of single bodies swept side by side.
-//! * [`island`]: robots that touch, solved together; [`block_cholesky`]: their sparse matrix.
+//! * [`block_cholesky`], [`direct`]: the direct solver of robots that touch.
+//! * [`lane`]: arithmetic over lanes; [`single_bodies`]: sweeps over contacts of single bodies in lanes.
+//! * [`island`]: robots that touch, solved together; [`member`]: one of them.
+//! * [`lanes`]: copies of one robot stepped side by side.
 
 pub mod actuator;
 mod arcs;
@@ -28,6 +30,7 @@ pub mod block_cholesky;
 pub mod configuration;
 pub mod constraint;
 pub mod contact_point;
+pub mod direct;
 pub mod gains;
 pub mod gravity_compensation;
 pub mod implicit_inertia;
@@ -39,13 +42,16 @@ pub mod inverse_kinematics;
 pub mod island;
 pub mod jacobian;
 pub mod kinematics;
+pub mod lane;
 pub mod lanes;
 pub mod ldlt;
 pub mod link_motion;
 pub mod mass_matrix;
+pub mod member;
 pub mod reactions;
 pub mod real;
 pub mod scratch;
+pub mod single_bodies;
 pub mod spatial;
 pub mod spatials;
 pub mod spherical;

@@ -17,10 +17,6 @@ use super::actuator::{Axis, Drive, Mode};
 use super::spatial::Spatial;
 use super::tree::{JointType, Tree};
 
-/// Rotation of x to y, y to z and z to x. It converts the axes of a body of a ball joint to those of the
-/// next, whose z is the joint's next axis.
-pub const NEXT_AXIS: DMat3 = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
-
 /// Returns the orientation of a ball joint, `parent_from_child` at the joint, from the first four numbers.
 #[inline]
 pub fn orientation(q: &[f64]) -> DQuat {
@@ -166,6 +162,7 @@ impl Tree {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::tree::NEXT_AXIS;
 
     /// exp and log are inverse to each other, near 0, near half a turn and beyond.
     #[test]

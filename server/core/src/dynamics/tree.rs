@@ -11,7 +11,10 @@ use simd_model::robot::{Inertial, Joint, JointKind};
 
 use super::inertia::Rigid;
 use super::spatial::Placement;
-use super::spherical::NEXT_AXIS;
+
+/// Rotation of x to y, y to z and z to x. It converts the axes of a body of a ball joint to those of the
+/// next, whose z is the joint's next axis.
+pub const NEXT_AXIS: DMat3 = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
 
 /// A robot as a tree of moving bodies, parents before children.
 #[derive(Debug)]

@@ -13,7 +13,8 @@ use super::batch::Worker;
 use super::open_batch::{BatchResult, Ended, OpenBatch, Running, Stop, part};
 use super::schedule::{Halt, Schedule};
 use crate::collision::RobotFeet;
-use crate::dynamics::lanes::{LaneRobot, vectorized};
+use crate::dynamics::lane::vectorized;
+use crate::dynamics::lanes::LaneRobot;
 use crate::simulation::{Error, PhysicsSettings};
 
 /// Maximum number of steps before a copy that lanes refused is offered to them again. Entering and leaving

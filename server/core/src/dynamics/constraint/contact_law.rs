@@ -1,11 +1,16 @@
 //! Law of a contact's three rows, written over a [`Real`]: for one contact, or for one in each lane.
 //!
 //! [`ContactRows`](super::contact::ContactRows) has the rows of one contact and the reasons for them.
-//! [`newton`](super::direct) and the lanes have the iterations that use this law.
+//! [`newton`](crate::dynamics::direct) and the lanes have the iterations that use this law.
 
 use super::contact::{AT_REST, IMMOVABLE, MAX_CORRECTION_VELOCITY, OVERLAP_REDUCTION, REST, SLOP};
-use super::direct::{SLIP_TOLERANCE, TOLERANCE};
 use crate::dynamics::real::{MaskOf, Real, length_in_plane};
+
+/// Tolerance of a row, as a part of its impulse, or as a velocity in m/s or rad/s.
+pub(in crate::dynamics) const TOLERANCE: f64 = 1e-9;
+
+/// Tolerance of slipping friction: largest change, as a part of the normal impulse.
+pub(in crate::dynamics) const SLIP_TOLERANCE: f64 = 1e-7;
 
 /// Impulses of soft rows, and the weights of their derivative: normal, and tangents tt, tu, uu.
 type Soft<R> = ([R; 3], [R; 4]);

@@ -7,7 +7,6 @@
 
 pub mod contact;
 pub(in crate::dynamics) mod contact_law;
-pub mod direct;
 pub mod link_constraint;
 pub mod link_rows;
 pub mod momentum;

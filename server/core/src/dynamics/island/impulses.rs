@@ -1,10 +1,11 @@
 //! Impulses of an island: their initial values, and the choice of the solver.
 
-use super::{Island, Member, SolverChoice};
+use super::{Island, SolverChoice};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::PlacedBody;
 use crate::dynamics::constraint::contact::Contact;
-use crate::dynamics::constraint::direct::{Outcome, System};
+use crate::dynamics::direct::{Outcome, System};
+use crate::dynamics::member::Member;
 
 /// Maximum number of sweeps.
 pub(in crate::dynamics) const MAX_SWEEPS: usize = 50;

@@ -4,7 +4,7 @@ use glamx::{DPose3, DVec3};
 
 use super::dragging::UNREACHED;
 use super::rows::{Measure, find_spans};
-use super::{ActiveConstraint, Island, Member};
+use super::{ActiveConstraint, Island};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::ERROR_REDUCTION;
 use crate::dynamics::constraint::contact::ContactRows;
@@ -13,6 +13,7 @@ use crate::dynamics::constraint::link_rows::{
     Aim, FAR, GearRow, LinkRows, LinkState, MAX_CORRECTION, Motion,
 };
 use crate::dynamics::constraint::side::Side;
+use crate::dynamics::member::Member;
 use crate::dynamics::tree::JointType;
 
 /// Largest error, m and rad, at which a constraint drags its links. It applies after its target or one of its

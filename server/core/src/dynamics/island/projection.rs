@@ -12,9 +12,9 @@ use glamx::{DPose3, DVec3};
 
 use super::{ActiveConstraint, Island};
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::constraint::direct::System;
 use crate::dynamics::constraint::link_rows::LinkState;
 use crate::dynamics::constraint::three_rows::weigh;
+use crate::dynamics::direct::System;
 
 /// Maximum number of rounds, each of which costs as much as a refinement of the solution.
 const MAX_ROUNDS: usize = 20;

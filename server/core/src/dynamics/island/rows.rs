@@ -3,13 +3,14 @@
 use glamx::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Basis, Island, Member};
+use super::{Basis, Island};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::{Contact, ContactRows};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::turning::TurningRows;
 use crate::dynamics::constraint::{PlacedBody, Turning, single_body_rows};
 use crate::dynamics::contact_point::Surface;
+use crate::dynamics::member::Member;
 use crate::dynamics::scratch::MultiRhs;
 use crate::dynamics::tree::{Body, Tree};
 

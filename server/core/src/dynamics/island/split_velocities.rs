@@ -17,9 +17,9 @@ use super::impulses::SETTLED;
 use super::{ActiveConstraint, Island};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::ContactRows;
-use crate::dynamics::constraint::direct::{Outcome, System};
 use crate::dynamics::constraint::link_rows::{LinkRows, LinkState, MAX_CORRECTION};
 use crate::dynamics::constraint::{ERROR_REDUCTION, Row, RowKey};
+use crate::dynamics::direct::{Outcome, System};
 
 /// R as a part of the mean J M^-1 J'; each is used if the previous one made no progress.
 const DAMPINGS: [f64; 3] = [1e-5, 1e-2, 1.0];

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::number::Lanes;
+use crate::dynamics::lane::number::Lanes;
 use crate::dynamics::real::Real as _;
 
 /// Distance that points of a robot can move before they can touch anything, metres; infinite if there is

@@ -10,9 +10,9 @@ use pulp::{Simd, WithSimd};
 use super::clearance::LaneClearance;
 use super::feet::{MOST_FEET, MOST_VELOCITIES, can_be_foot, is_simple};
 use super::robot::{LaneRobot, Stepping, fits_lanes};
-use super::vectorized::vectorized;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::island::MANY;
+use crate::dynamics::lane::vectorized;
 use crate::dynamics::real::Real as _;
 use crate::dynamics::{Articulation, Integrator, Tree};
 

@@ -4,10 +4,10 @@
 use pulp::Simd;
 
 use super::joint::{Body, Drive, Law, State, has_setpoint};
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use crate::dynamics::actuator::{NEARLY, SETTLED, advance_profile};
 use crate::dynamics::articulation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
+use crate::dynamics::lane::number::{Lanes, Mask};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// Returns the requested effort, and in which of these lanes it is limited; `None` if in no lane.

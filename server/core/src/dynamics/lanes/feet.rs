@@ -11,14 +11,14 @@ use pulp::Simd;
 
 use super::foot_points::{FootContact, choose};
 use super::foot_solver::FootSolver;
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use super::vectors::{Matrix, Vector};
 use crate::dynamics::constraint::contact::Contact;
-use crate::dynamics::constraint::direct::is_worth_it;
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::contact_point::{LOOK_AHEAD, Surface};
+use crate::dynamics::direct::is_worth_it;
 use crate::dynamics::island::{MANY, find_spans};
+use crate::dynamics::lane::number::{Lanes, Mask};
+use crate::dynamics::lane::vectors::{Matrix, Vector};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::tree::Tree;
 

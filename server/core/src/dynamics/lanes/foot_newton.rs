@@ -1,5 +1,5 @@
 //! Newton's method for the impulses of feet, for all copies, as
-//! [`Direct`](crate::dynamics::constraint::direct::Direct) for one robot. A lane does as many rounds as its
+//! [`Direct`](crate::dynamics::direct::Direct) for one robot. A lane does as many rounds as its
 //! copy would; further rounds leave its numbers unchanged.
 
 use pulp::Simd;
@@ -7,9 +7,10 @@ use pulp::Simd;
 use super::feet::MOST_FEET;
 use super::foot_rows::{Foot, FootNewton};
 use super::foot_solver::FootSolver;
-use super::number::{Lanes, Mask};
+use crate::dynamics::constraint::contact_law::TOLERANCE;
 use crate::dynamics::constraint::contact_law::{first_guess, given, is_in_cone, judge, soft, weighted};
-use crate::dynamics::constraint::direct::{FLAT, HALVINGS, SOFTNESS, TOLERANCE};
+use crate::dynamics::direct::{FLAT, HALVINGS, SOFTNESS};
+use crate::dynamics::lane::number::{Lanes, Mask};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl<S: Simd> Foot<S> {

@@ -8,12 +8,12 @@ use glamx::{DPose3, DQuat};
 use pulp::Simd;
 
 use super::feet::FootPair;
-use super::number::{Lanes, Mask};
 use super::pose::Pose;
 use super::robot::LaneRobot;
-use super::vectors::Vector;
 use crate::dynamics::constraint::contact::{Contact, STEADY};
 use crate::dynamics::contact_point::{ContactPoint, FASTEST_LOOKED_AHEAD, LOOK_AHEAD, Surface};
+use crate::dynamics::lane::number::{Lanes, Mask};
+use crate::dynamics::lane::vectors::Vector;
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 
 /// Contact of a pair, for all copies; see [`Contact`]. Undefined where there is none.

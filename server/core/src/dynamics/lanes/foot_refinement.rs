@@ -1,12 +1,13 @@
 //! Refinement that makes the impulses of feet exact, for all copies, as
-//! [`Direct`](crate::dynamics::constraint::direct::Direct) does with the factors of the last round of
+//! [`Direct`](crate::dynamics::direct::Direct) does with the factors of the last round of
 //! Newton's method.
 
 use pulp::Simd;
 
 use super::foot_solver::FootSolver;
-use super::number::{Lanes, Mask};
-use crate::dynamics::constraint::direct::{EXACT, REFINEMENTS, TOLERANCE};
+use crate::dynamics::constraint::contact_law::TOLERANCE;
+use crate::dynamics::direct::{EXACT, REFINEMENTS};
+use crate::dynamics::lane::number::{Lanes, Mask};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl<S: Simd> FootSolver<S> {

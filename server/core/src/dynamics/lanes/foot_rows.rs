@@ -9,12 +9,12 @@ use pulp::Simd;
 
 use super::foot_points::{FootContact, choose};
 use super::foot_solver::FootSolver;
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use super::vectors::{Matrix, Spatial, Vector};
 use crate::dynamics::arcs::{carried, of_point, straight};
 use crate::dynamics::articulated::{along, part_mut};
 use crate::dynamics::constraint::contact_law::{self, inverse_of_tangents};
+use crate::dynamics::lane::number::{Lanes, Mask};
+use crate::dynamics::lane::vectors::{Matrix, Spatial, Vector};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 
 /// A foot of all copies.

@@ -5,15 +5,15 @@ use pulp::Simd;
 
 use super::foot_rows::Foot;
 use super::joint_rows::JointRows;
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::tree_cholesky::TreeCholesky;
-use super::vectors::{Spatial, Vector};
 use crate::dynamics::constraint::contact_law::Resistance;
-use crate::dynamics::constraint::direct::anderson::Anderson;
+use crate::dynamics::direct::anderson::Anderson;
 use crate::dynamics::island::{
     CORRECTION_SWEEPS, DIRECT_AT, MAX_SPLIT_VELOCITY, MAX_SWEEPS, SETTLED, SETTLED_ROUNDS, UNCHANGED,
 };
+use crate::dynamics::lane::number::{Lanes, Mask};
+use crate::dynamics::lane::vectors::{Spatial, Vector};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 use crate::dynamics::tree::Tree;
 
@@ -35,7 +35,7 @@ pub(super) struct FootSolver<S: Simd> {
     /// Change of each body's velocity by three impulses on another body.
     pub(super) deltas: Vec<[Spatial<S>; 3]>,
     pub(super) matrix: TreeCholesky<S>,
-    /// See [`Direct`](crate::dynamics::constraint::direct::Direct).
+    /// See [`Direct`](crate::dynamics::direct::Direct).
     pub(super) momentum: Vec<Lanes<S>>,
     pub(super) force: Vec<Lanes<S>>,
     pub(super) change: Vec<Lanes<S>>,

@@ -3,9 +3,9 @@
 
 use pulp::Simd;
 
-use super::number::{Lanes, Mask};
-use super::vectors::{Matrix, Vector};
 use crate::dynamics::BodyState;
+use crate::dynamics::lane::number::{Lanes, Mask};
+use crate::dynamics::lane::vectors::{Matrix, Vector};
 use crate::dynamics::real::{Real as _, VectorOf as _};
 
 /// State of a free root that a step changes, a part of [`BodyState`]. Zero if the root is fixed.

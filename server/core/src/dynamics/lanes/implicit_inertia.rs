@@ -5,11 +5,11 @@ use glamx::DVec3;
 use pulp::Simd;
 
 use super::foot_solver::FootSolver;
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use super::vectors::{Spatial, Vector};
 use crate::dynamics::articulated::{along, part_mut};
 use crate::dynamics::implicit_inertia::LOCKED;
+use crate::dynamics::lane::number::{Lanes, Mask};
+use crate::dynamics::lane::vectors::{Spatial, Vector};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _};
 
 impl<S: Simd> LaneRobot<S> {

@@ -2,11 +2,11 @@
 
 use pulp::Simd;
 
-use super::number::Lanes;
-use super::vectors::{Articulated, Matrix, Rigid, Spatial, Symmetric, Vector};
 use crate::dynamics::actuator::{self, Axis, Mode, OwnForces, PROFILE_EFFORT};
 use crate::dynamics::inertia;
 use crate::dynamics::integrator::Implicitness;
+use crate::dynamics::lane::number::Lanes;
+use crate::dynamics::lane::vectors::{Articulated, Matrix, Rigid, Spatial, Symmetric, Vector};
 use crate::dynamics::real::Real as _;
 
 /// Settings and target of a joint, which a step does not change.

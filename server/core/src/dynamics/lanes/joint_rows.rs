@@ -1,14 +1,15 @@
 //! Limits and dry friction of joints of copies that touch something, solved together with the rows of feet:
-//! see [`Direct`](crate::dynamics::constraint::direct::Direct). The rows of copies that touch nothing are in
+//! see [`Direct`](crate::dynamics::direct::Direct). The rows of copies that touch nothing are in
 //! `rows`.
 
 use pulp::Simd;
 
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use super::rows::{FRICTION, ORDER, UPPER};
 use super::tree_cholesky::TreeCholesky;
-use crate::dynamics::constraint::direct::{SOFTNESS, TOLERANCE};
+use crate::dynamics::constraint::contact_law::TOLERANCE;
+use crate::dynamics::direct::SOFTNESS;
+use crate::dynamics::lane::number::{Lanes, Mask};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// A row on the velocity of one joint.

@@ -7,7 +7,6 @@
 //!
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
-//! * [`vectorized`]: code for the vectors of the processor. `number`, `vectors`: arithmetic over lanes.
 //! * `joint`: joints in lanes. `free`: free roots in lanes.
 //! * `clearance`: how far copies can move before they can touch anything.
 //! * `robot`: [`LaneRobot`], the copies, and how a copy enters and leaves.
@@ -20,7 +19,6 @@
 //! * `tree_cholesky`, `implicit_inertia`: the matrix of the inertia that impulses act on. `foot_newton`,
 //!   `foot_refinement`, `foot_solver`: the impulses.
 //! * `step`: the step. `crowd`: robots of one world, whose contacts the world finds.
-//! * `single_bodies`: sweeps over contacts of single bodies, with contacts in lanes in place of copies.
 //!
 //! The one-robot step does what lanes do not do:
 //!
@@ -42,17 +40,13 @@ mod free;
 mod implicit_inertia;
 mod joint;
 mod joint_rows;
-mod number;
 mod passes;
 mod pose;
 mod robot;
 mod root;
 mod rows;
-mod single_bodies;
 mod step;
 mod tree_cholesky;
-mod vectorized;
-mod vectors;
 
 use std::sync::Arc;
 
@@ -62,9 +56,8 @@ pub use feet::{FootPair, Guard, MOST_FEET, can_be_foot};
 use glamx::DVec3;
 use pulp::{Simd, WithSimd};
 pub use robot::{LaneRobot, fits_lanes};
-pub use single_bodies::SingleBodies;
-pub use vectorized::vectorized;
 
+use crate::dynamics::lane::vectorized;
 use crate::dynamics::{Integrator, Tree};
 
 /// Returns the bytes that a copy of a robot takes in its lane; 0 if the processor has no vectors for it.

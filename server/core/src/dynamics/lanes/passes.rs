@@ -5,10 +5,10 @@ use glamx::DMat3;
 use pulp::Simd;
 
 use super::joint::Body;
-use super::number::Mask;
 use super::robot::LaneRobot;
-use super::vectors::{Articulated, Matrix, Spatial, Vector};
 use crate::dynamics::articulated::{SINGULAR, along, part_mut};
+use crate::dynamics::lane::number::Mask;
+use crate::dynamics::lane::vectors::{Articulated, Matrix, Spatial, Vector};
 use crate::dynamics::ldlt::Ldlt6;
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::spatial::Placement;

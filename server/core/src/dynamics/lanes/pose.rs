@@ -5,8 +5,8 @@ use glamx::{DPose3, DQuat};
 use pulp::Simd;
 
 use super::free::Quaternion;
-use super::number::Lanes;
-use super::vectors::{Matrix, Vector};
+use crate::dynamics::lane::number::Lanes;
+use crate::dynamics::lane::vectors::{Matrix, Vector};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// See [`DPose3`].

@@ -7,11 +7,11 @@ use glamx::{DPose3, DQuat, DVec3};
 use pulp::Simd;
 
 use super::free::{Root, get, parts, set};
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
-use super::vectors::{Spatial, Vector};
 use crate::dynamics::integrate::advance_joint;
 use crate::dynamics::integrator::Integrator;
+use crate::dynamics::lane::number::{Lanes, Mask};
+use crate::dynamics::lane::vectors::{Spatial, Vector};
 use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _};
 use crate::dynamics::tree::JointType;
 

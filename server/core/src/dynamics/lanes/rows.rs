@@ -4,10 +4,10 @@
 use pulp::Simd;
 
 use super::joint::Row;
-use super::number::{Lanes, Mask};
 use super::robot::LaneRobot;
 use crate::dynamics::constraint::{MAX_SWEEPS, MOST_START, NEAR, SETTLED, limit_bias};
 use crate::dynamics::integrator::ARRIVES;
+use crate::dynamics::lane::number::{Lanes, Mask};
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// Indices among the rows of a joint.

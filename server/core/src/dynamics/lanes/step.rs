@@ -2,12 +2,12 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::number::Mask;
 use super::robot::{LaneRobot, number};
 use crate::dynamics::articulation::MAX_ROUNDS;
 use crate::dynamics::articulation::balance::Errors;
 use crate::dynamics::contact_point::LOOK_AHEAD;
 use crate::dynamics::integrator::{History, Integrator};
+use crate::dynamics::lane::number::Mask;
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 /// A step, to be compiled for the processor that it runs on.

@@ -3,8 +3,8 @@
 
 use pulp::Simd;
 
-use super::number::{Lanes, Mask};
 use crate::dynamics::block_cholesky::dot;
+use crate::dynamics::lane::number::{Lanes, Mask};
 use crate::dynamics::real::Real as _;
 use crate::dynamics::tree::Tree;
 

@@ -14,14 +14,14 @@ use crate::dynamics::trigonometry;
 
 /// One `f64` for each lane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lanes<S: Simd> {
+pub(in crate::dynamics) struct Lanes<S: Simd> {
     simd: S,
     values: S::f64s,
 }
 
 /// Boolean for each lane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Mask<S: Simd> {
+pub(in crate::dynamics) struct Mask<S: Simd> {
     simd: S,
     values: S::m64s,
 }
@@ -29,37 +29,37 @@ pub(super) struct Mask<S: Simd> {
 impl<S: Simd> Lanes<S> {
     /// Returns the same number in all lanes.
     #[inline(always)]
-    pub(super) fn broadcast(simd: S, value: f64) -> Self {
+    pub(in crate::dynamics) fn broadcast(simd: S, value: f64) -> Self {
         Self { simd, values: simd.splat_f64s(value) }
     }
 
     /// Returns the numbers of the lanes.
     #[inline(always)]
-    pub(super) fn all(&self) -> &[f64] {
+    pub(in crate::dynamics) fn all(&self) -> &[f64] {
         bytemuck::cast_slice::<S::f64s, f64>(std::slice::from_ref(&self.values))
     }
 
     /// Returns the numbers of the lanes, to change them.
     #[inline(always)]
-    pub(super) fn all_mut(&mut self) -> &mut [f64] {
+    pub(in crate::dynamics) fn all_mut(&mut self) -> &mut [f64] {
         bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(&mut self.values))
     }
 
     /// Returns the number of one lane.
     #[inline(always)]
-    pub(super) fn get(&self, lane: usize) -> f64 {
+    pub(in crate::dynamics) fn get(&self, lane: usize) -> f64 {
         self.all()[lane]
     }
 
     /// Sets the number of one lane.
     #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, value: f64) {
+    pub(in crate::dynamics) fn set(&mut self, lane: usize, value: f64) {
         self.all_mut()[lane] = value;
     }
 
     /// Returns sines and cosines, with the bits of one copy's step.
     #[inline(always)]
-    pub(super) fn sin_cos(self) -> (Self, Self) {
+    pub(in crate::dynamics) fn sin_cos(self) -> (Self, Self) {
         let (mut sin, mut cos) = trigonometry::sin_cos_of_moderate(self);
         if (!self.abs().le(self.splat(trigonometry::LARGEST))).any() {
             for lane in 0..S::F64_LANES {
@@ -73,7 +73,7 @@ impl<S: Simd> Lanes<S> {
 
     /// Returns the lanes whose number is finite and within [`LARGEST_STATE`].
     #[inline(always)]
-    pub(super) fn is_usable(self) -> Mask<S> {
+    pub(in crate::dynamics) fn is_usable(self) -> Mask<S> {
         self.abs().le(self.splat(LARGEST_STATE))
     }
 }
@@ -159,7 +159,7 @@ impl<S: Simd> MaskOf<Lanes<S>> for Mask<S> {
 impl<S: Simd> Mask<S> {
     /// Returns 1 where the mask is true, else 0.
     #[inline(always)]
-    pub(super) fn numbers(self) -> Lanes<S> {
+    pub(in crate::dynamics) fn numbers(self) -> Lanes<S> {
         let zero = Lanes::broadcast(self.simd, 0.0);
         self.select(zero.splat(1.0), zero)
     }

@@ -1,7 +1,8 @@
 //! Newton's method on the soft problem: each round determines the active rows anew.
 
-use super::{Direct, SLIP_TOLERANCE, State, System, TOLERANCE};
+use super::{Direct, State, System};
 use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::contact_law::{SLIP_TOLERANCE, TOLERANCE};
 use crate::dynamics::constraint::contact_law::{first_guess, given, is_in_cone, judge, soft};
 use crate::dynamics::constraint::link_rows::LinkState;
 

@@ -1,9 +1,10 @@
 //! Equations of the active rows: their matrix, its solution, and the refinement that makes it exact.
 
-use super::{Direct, SOFTNESS, State, System, TOLERANCE};
+use super::{Direct, SOFTNESS, State, System};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::BlockCholesky;
 use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::contact_law::TOLERANCE;
 use crate::dynamics::constraint::contact_law::weighted;
 use crate::dynamics::constraint::link_rows::LinkState;
 use crate::dynamics::constraint::side::{Side, add_transposed};

@@ -10,33 +10,33 @@ use crate::dynamics::real::{MatrixOf, Real as _, VectorOf};
 use crate::dynamics::{inertia, spatial, symmetric};
 
 /// See [`symmetric::Symmetric`].
-pub(super) type Symmetric<S> = symmetric::Symmetric<Lanes<S>>;
+pub(in crate::dynamics) type Symmetric<S> = symmetric::Symmetric<Lanes<S>>;
 /// See [`spatial::Spatial`].
-pub(super) type Spatial<S> = spatial::Spatial<Lanes<S>>;
+pub(in crate::dynamics) type Spatial<S> = spatial::Spatial<Lanes<S>>;
 /// See [`inertia::Rigid`].
-pub(super) type Rigid<S> = inertia::Rigid<Lanes<S>>;
+pub(in crate::dynamics) type Rigid<S> = inertia::Rigid<Lanes<S>>;
 /// See [`inertia::Articulated`].
-pub(super) type Articulated<S> = inertia::Articulated<Lanes<S>>;
+pub(in crate::dynamics) type Articulated<S> = inertia::Articulated<Lanes<S>>;
 
 /// See [`DVec3`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vector<S: Simd> {
-    pub(super) x: Lanes<S>,
-    pub(super) y: Lanes<S>,
-    pub(super) z: Lanes<S>,
+    pub(in crate::dynamics) x: Lanes<S>,
+    pub(in crate::dynamics) y: Lanes<S>,
+    pub(in crate::dynamics) z: Lanes<S>,
 }
 
 /// See [`DMat3`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Matrix<S: Simd> {
-    pub(super) x: Vector<S>,
-    pub(super) y: Vector<S>,
-    pub(super) z: Vector<S>,
+    pub(in crate::dynamics) x: Vector<S>,
+    pub(in crate::dynamics) y: Vector<S>,
+    pub(in crate::dynamics) z: Vector<S>,
 }
 
 impl<S: Simd> Vector<S> {
     #[inline(always)]
-    pub(super) fn broadcast(simd: S, value: DVec3) -> Self {
+    pub(in crate::dynamics) fn broadcast(simd: S, value: DVec3) -> Self {
         // No closure: code that is not inlined is compiled for any processor.
         Self {
             x: Lanes::broadcast(simd, value.x),
@@ -47,23 +47,23 @@ impl<S: Simd> Vector<S> {
 
     /// Zero in all lanes.
     #[inline(always)]
-    pub(super) fn zero(zero: Lanes<S>) -> Self {
+    pub(in crate::dynamics) fn zero(zero: Lanes<S>) -> Self {
         Self { x: zero, y: zero, z: zero }
     }
 
     #[inline(always)]
-    pub(super) fn length(self) -> Lanes<S> {
+    pub(in crate::dynamics) fn length(self) -> Lanes<S> {
         self.dot(self).sqrt()
     }
 
     /// Returns the vector of one lane.
     #[inline(always)]
-    pub(super) fn get(&self, lane: usize) -> DVec3 {
+    pub(in crate::dynamics) fn get(&self, lane: usize) -> DVec3 {
         DVec3::new(self.x.get(lane), self.y.get(lane), self.z.get(lane))
     }
 
     /// Writes one lane.
-    pub(super) fn set(&mut self, lane: usize, value: DVec3) {
+    pub(in crate::dynamics) fn set(&mut self, lane: usize, value: DVec3) {
         self.x.set(lane, value.x);
         self.y.set(lane, value.y);
         self.z.set(lane, value.z);
@@ -84,7 +84,7 @@ impl<S: Simd> VectorOf<Lanes<S>> for Vector<S> {
 
 impl<S: Simd> Matrix<S> {
     #[inline(always)]
-    pub(super) fn broadcast(simd: S, value: &DMat3) -> Self {
+    pub(in crate::dynamics) fn broadcast(simd: S, value: &DMat3) -> Self {
         Self {
             x: Vector::broadcast(simd, value.x_axis),
             y: Vector::broadcast(simd, value.y_axis),

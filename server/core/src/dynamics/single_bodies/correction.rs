@@ -6,8 +6,8 @@ use pulp::{Simd, WithSimd};
 use super::batches::Layout;
 use super::{Loaded, Numbers, SIX, SingleBodies, gather, scatter, write};
 use crate::dynamics::constraint::contact::ContactRows;
-use crate::dynamics::lanes::number::Lanes;
-use crate::dynamics::lanes::vectorized::vectorized;
+use crate::dynamics::lane::number::Lanes;
+use crate::dynamics::lane::vectorized;
 use crate::dynamics::real::{MaskOf as _, Real as _};
 
 impl SingleBodies {

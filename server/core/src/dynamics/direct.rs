@@ -24,13 +24,14 @@ pub(in crate::dynamics) mod anderson;
 mod equations;
 mod newton;
 
-use super::contact::ContactRows;
-use super::link_rows::LinkRows;
-use super::{Constraints, Row};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES, factorisation_cost};
+use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::contact_law::{SLIP_TOLERANCE, TOLERANCE};
+use crate::dynamics::constraint::link_rows::LinkRows;
+use crate::dynamics::constraint::{Constraints, Row};
 use crate::dynamics::inertia::Rigid;
-use crate::dynamics::island::Member;
+use crate::dynamics::member::Member;
 use anderson::Anderson;
 pub(in crate::dynamics) use equations::{EXACT, REFINEMENTS};
 use newton::Progress;
@@ -38,12 +39,6 @@ pub(in crate::dynamics) use newton::{FLAT, HALVINGS};
 
 /// R as a part of the mean J M^-1 J' of its rows.
 pub(in crate::dynamics) const SOFTNESS: f64 = 1e-7;
-
-/// Tolerance of a row, as a part of its impulse, or as a velocity in m/s or rad/s.
-pub(in crate::dynamics) const TOLERANCE: f64 = 1e-9;
-
-/// Tolerance of slipping friction: largest change, as a part of the normal impulse.
-pub(in crate::dynamics) const SLIP_TOLERANCE: f64 = 1e-7;
 
 /// Allowed multiplications of a factorisation: for each multiplication of a sweep, and always.
 const COST: (usize, usize) = (20, 100_000);

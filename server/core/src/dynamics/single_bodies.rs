@@ -13,11 +13,11 @@ use glamx::{DMat3, DVec3};
 use pulp::{Simd, WithSimd};
 
 use self::batches::{Batches, Layout};
-use super::number::Lanes;
-use super::vectorized::vectorized;
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::constraint::contact_law::Resistance;
 use crate::dynamics::constraint::momentum::Momentum;
+use crate::dynamics::lane::number::Lanes;
+use crate::dynamics::lane::vectorized;
 use crate::dynamics::real::{MaskOf as _, Real as _};
 use crate::dynamics::tree::SingleBody;
 
