@@ -3,11 +3,12 @@
 //!
 //! * [`robot`]: the model of a robot; [`setup`]: its initial state; [`sensor`]: its sensors.
 //! * [`limits`]: limits of descriptions.
-//! * [`report`]: findings about a description.
+//! * [`report`]: findings about a description. `assets`: the files that it names.
 //! * [`urdf`]: reads text to a robot.
-//! * [`translation`]: translates SDF and MJCF to URDF.
+//! * `translate`: translates SDF and MJCF to URDF; [`translation`]: the result.
 //! * [`primitive`]: writes single shapes as text. `number`: checks given numbers.
 
+mod assets;
 mod inertia;
 pub mod limits;
 mod mesh;
@@ -20,9 +21,11 @@ pub mod robot;
 mod sdf;
 pub mod sensor;
 pub mod setup;
+mod translate;
 pub mod translation;
 pub mod urdf;
 
+pub use assets::{Asset, Assets};
 pub use limits::{LoadLimits, MOST_LINKS};
 pub use mesh::beside::address as beside_mesh;
 pub use mesh::hull::extremes;
@@ -31,8 +34,9 @@ pub use number::{LARGEST_GIVEN, shown};
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
-pub use translation::{Format, TranslatedFiles, TranslatedModel, Translation, describe_with, translate};
+pub use translate::{describe_with, translate};
+pub use translation::{Format, TranslatedFiles, TranslatedModel, Translation};
 pub use urdf::{
-    Asset, Assets, Description, ReadOptions, Refused, Srdf, SrdfPair, describe, first_places, other_case,
-    read, read_srdf, readdress, with_states,
+    Description, ReadOptions, Refused, Srdf, SrdfPair, describe, first_places, other_case, read, read_srdf,
+    readdress, with_states,
 };

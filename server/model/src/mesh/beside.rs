@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::{gltf, image, mtl};
+use crate::assets::{Asset, Assets};
 use crate::limits;
 use crate::robot::{FileBeside, Image, Sha256};
-use crate::urdf::{Asset, Assets};
 
 /// Use of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

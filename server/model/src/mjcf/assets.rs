@@ -11,11 +11,11 @@ use super::defaults::Classes;
 use super::files::beside;
 use super::inline_mesh::{self, Made};
 use super::value;
+use crate::assets::Assets;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::{Inertial, TextureRepeat};
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
-use crate::urdf::Assets;
 
 /// Assets that geoms name.
 #[derive(Default)]

@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use roxmltree::Node;
 
+use crate::assets::Assets;
 use crate::limits::LoadLimits;
 use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 use crate::translation::sources::{Source, Texts};
-use crate::urdf::Assets;
 
 /// Nesting depth of includes.
 const MOST_NESTED: usize = 50;

@@ -9,17 +9,17 @@ use super::fit;
 use super::inline_mesh::Made;
 use super::mesh_inertia;
 use super::value;
+use crate::assets::{Asset, Assets};
 use crate::inertia;
 use crate::limits::LoadLimits;
 use crate::mesh;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::{Geometry, Inertial, Material, MeshAsset, look_of};
-use crate::sdf::ellipsoid;
 use crate::translation::draft::{At, DraftGeometry, DraftShape};
 use crate::translation::element::Element;
+use crate::translation::ellipsoid::ellipsoid;
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
-use crate::urdf::{Asset, Assets};
 
 /// Data for reading a geom.
 pub(super) struct Context<'r> {

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use glamx::DVec3;
 
 use super::{mesh_inertia, value};
+use crate::assets::Asset;
 use crate::limits;
 use crate::mesh::hull::{self, NoHull};
 use crate::report::Disposition::Ignored;
@@ -15,7 +16,6 @@ use crate::robot::Sha256;
 use crate::translation::draft::Names;
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
-use crate::urdf::Asset;
 
 /// Files that were made.
 #[derive(Default)]

@@ -37,6 +37,7 @@ use std::collections::BTreeMap;
 
 use glamx::DPose3;
 
+use crate::assets::Assets;
 use crate::limits::LoadLimits;
 use crate::report::Disposition::Ignored;
 use crate::translation::draft::{Draft, Names};
@@ -44,7 +45,7 @@ use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::translation::sources::{Source, Texts};
 use crate::translation::{Format, Translation, unread, write};
-use crate::urdf::{Assets, Refused};
+use crate::urdf::Refused;
 use assets::Library;
 use attach::Attachable;
 use body::Body;

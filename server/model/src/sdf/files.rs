@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use roxmltree::Node;
 
+use crate::assets::Assets;
 use crate::limits::LoadLimits;
 use crate::translation::notes::Stop;
 use crate::translation::sources::Texts;
-use crate::urdf::Assets;
 
 /// Index of the file of each include, by the folder of the including file and the URI.
 #[derive(Default)]

@@ -10,7 +10,6 @@ mod files;
 mod frames;
 mod joint;
 mod link;
-pub(crate) use link::ellipsoid;
 mod model;
 mod sensor;
 mod split;
@@ -19,6 +18,7 @@ use std::collections::BTreeMap;
 
 use glamx::DPose3;
 
+use crate::assets::Assets;
 use crate::limits::LoadLimits;
 use crate::report::Disposition::{Ignored, Used};
 use crate::translation::draft::{Draft, Names};
@@ -26,7 +26,7 @@ use crate::translation::element::{Element, report_unknown};
 use crate::translation::notes::{Notes, Stop};
 use crate::translation::sources::{Source, Texts};
 use crate::translation::{Format, Translation, unread, write};
-use crate::urdf::{Assets, Refused};
+use crate::urdf::Refused;
 use files::FileIndices;
 use frames::Frames;
 use model::{Model, Placement};

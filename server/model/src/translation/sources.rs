@@ -6,8 +6,8 @@ use roxmltree::Document;
 
 use super::notes::{Notes, Stop};
 use super::unread::Asked;
+use crate::assets::Assets;
 use crate::limits::LoadLimits;
-use crate::urdf::Assets;
 use crate::urdf::findings::Findings;
 use crate::urdf::mend;
 use crate::urdf::prescan::{check_counts, check_depth, parse_xml, syntax};

@@ -12,10 +12,11 @@ mod textures;
 use std::collections::HashMap;
 
 use super::{Format, Translation, describe_with, translate};
+use crate::assets::{Asset, Assets};
 use crate::limits::LoadLimits;
 use crate::report::{Finding, LoadReport, Severity};
 use crate::robot::{Joint, Link, RobotModel, Sha256};
-use crate::urdf::{Asset, Assets, ReadOptions, read};
+use crate::urdf::{ReadOptions, read};
 
 /// Files by URI.
 #[derive(Default)]

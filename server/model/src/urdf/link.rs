@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::Assets;
 use super::deadline::Deadline;
 use super::findings::{Findings, Refusal};
 use super::gazebo::Gazebo;
@@ -14,6 +13,7 @@ use super::meshes::{Meshes, Use};
 use super::repair::RepairedUrdf;
 use super::surface::Surfaces;
 use super::tree::Tree;
+use crate::assets::Assets;
 use crate::limits::LoadLimits;
 use crate::report::Disposition::Defaulted;
 use crate::robot::{Collision, Inertial, Link, Picture, Visual};

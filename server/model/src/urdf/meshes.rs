@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::Assets;
 use super::findings::{Findings, cut, quoted};
+use crate::assets::{Asset, Assets};
 use crate::limits::{self, LoadLimits};
 use crate::mesh::{self, Beside, image};
 use crate::report::Disposition::{Ignored, Repaired};
@@ -187,7 +187,7 @@ impl<'s> Meshes<'s> {
         found
     }
 
-    fn parse(&mut self, uri: &str, asset: &super::Asset, beside: &Beside) -> Found {
+    fn parse(&mut self, uri: &str, asset: &Asset, beside: &Beside) -> Found {
         let name = quoted(uri);
         let mut read = || mesh::asset(uri, asset.sha256, &asset.bytes, beside);
         let look = look_of(asset.sha256, &beside.files);
@@ -238,7 +238,7 @@ fn absent(uri: &str, places: Vec<String>) -> String {
 }
 
 /// Returns a note if a file was found under a path whose letter case differs from the URI: an
-/// [`Assets::note`](super::Assets::note).
+/// [`Assets::note`](crate::assets::Assets::note).
 pub fn other_case(uri: &str, found: &str) -> Option<String> {
     let parts = |path: &str| -> Vec<String> { path.rsplit(['/', '\\']).map(str::to_owned).collect() };
     let (written, found) = (parts(uri), parts(found));

@@ -45,11 +45,10 @@ mod unknown;
 mod used;
 mod vocabulary;
 
-use std::sync::Arc;
-
+use crate::assets::Assets;
 use crate::limits::LoadLimits;
 use crate::report::LoadReport;
-use crate::robot::{MeshAsset, RobotModel, Sha256};
+use crate::robot::RobotModel;
 use deadline::Deadline;
 use findings::{Findings, Refusal};
 use gazebo::Gazebo;
@@ -57,40 +56,6 @@ use gazebo::Gazebo;
 pub use meshes::{first_places, other_case};
 pub use rewrite::{readdress, with_states};
 pub use srdf::{Srdf, SrdfPair, read_srdf};
-
-/// A file that a description names.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Asset {
-    /// SHA-256 of `bytes`.
-    pub sha256: Sha256,
-    /// The whole file.
-    pub bytes: Arc<[u8]>,
-}
-
-/// Source of the files that a description names.
-pub trait Assets {
-    /// Returns the file for a URI as the description writes it, or the places where it was looked for.
-    fn find(&self, uri: &str) -> Result<Asset, Vec<String>>;
-
-    /// Returns, as a fragment of a sentence, a deviation that was accepted to find it, such as letter case.
-    fn note(&self, uri: &str) -> Option<String> {
-        let _ = uri;
-        None
-    }
-
-    /// Returns the mesh with this look, which is its file's hash if it names no other files. It is read in
-    /// this format by `read`, whose error is a fragment of a sentence, or comes from a cache. By default
-    /// nothing is cached.
-    fn mesh(
-        &self,
-        look: Sha256,
-        format: &str,
-        read: &mut dyn FnMut() -> Result<MeshAsset, String>,
-    ) -> Result<Arc<MeshAsset>, String> {
-        let _ = (look, format);
-        read().map(Arc::new)
-    }
-}
 
 /// Options of reading.
 #[derive(Clone, Copy, Debug)]
