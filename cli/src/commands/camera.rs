@@ -1,7 +1,6 @@
 //! `simctl camera`: pictures of robots' cameras, and cameras of open pages.
 
 mod picture;
-mod png;
 
 use clap::{Args, Subcommand};
 use serde::Serialize;

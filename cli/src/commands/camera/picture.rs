@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
 use clap::{Args, ValueEnum};
+use png::{BitDepth, ColorType, Compression, Encoder};
 use serde::Serialize;
 use simd_client::{
     Client, plane_bytes,
@@ -11,7 +12,6 @@ use simd_client::{
     replace_file,
 };
 
-use super::png::{self, Pixels};
 use crate::{
     complete,
     output::{
@@ -101,24 +101,35 @@ fn drawn(picture: &CameraPicture, wanted: Option<Plane>) -> anyhow::Result<Vec<u
     let Some(plane) = wanted.or_else(|| all.into_iter().find(|plane| has(*plane))) else {
         bail!("the picture is empty")
     };
-    let write = |pixels, rows: Vec<u8>| -> anyhow::Result<Vec<u8>> {
-        Ok(png::write(*width, *height, pixels, &rows)?)
+    let write = |color: ColorType, depth: BitDepth, rows: Vec<u8>| -> anyhow::Result<Vec<u8>> {
+        let mut file = Vec::new();
+        let mut encoder = Encoder::new(&mut file, *width, *height);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.set_compression(Compression::Fast);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&rows)?;
+        writer.finish()?;
+        Ok(file)
     };
-    let grey = |numbers: Vec<u16>| -> Vec<u8> { numbers.into_iter().flat_map(u16::to_be_bytes).collect() };
+    let grey = |rows| write(ColorType::Grayscale, BitDepth::Sixteen, rows);
+    let bytes_of = |numbers: Vec<u16>| numbers.into_iter().flat_map(u16::to_be_bytes).collect();
     match (plane, color, depth, segmentation) {
-        (Plane::Color, Some(color), _, _) => write(Pixels::Color, plane_bytes(picture, color, 3)?),
+        (Plane::Color, Some(color), _, _) => {
+            write(ColorType::Rgb, BitDepth::Eight, plane_bytes(picture, color, 3)?)
+        }
         (Plane::Depth, _, Some(depth), _) => {
             let bytes = plane_bytes(picture, depth, 4)?;
             let metres = words(&bytes).map(f32::from_le_bytes);
             // Depths above 65.535 m saturate; infinite ones become 0.
             let millimetres =
                 metres.map(|metres| if metres.is_finite() { (metres * MILLI) as u16 } else { 0 });
-            write(Pixels::Grey, grey(millimetres.collect()))
+            grey(bytes_of(millimetres.collect()))
         }
         (Plane::Segmentation, _, _, Some(segmentation)) => {
             let bytes = plane_bytes(picture, segmentation, 4)?;
             let links = words(&bytes).map(u32::from_le_bytes);
-            write(Pixels::Grey, grey(links.map(|link| u16::try_from(link).unwrap_or(u16::MAX)).collect()))
+            grey(bytes_of(links.map(|link| u16::try_from(link).unwrap_or(u16::MAX)).collect()))
         }
         _ => {
             let there: Vec<&str> = all.into_iter().filter(|plane| has(*plane)).map(Plane::word).collect();

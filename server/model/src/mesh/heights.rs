@@ -4,133 +4,48 @@
 //! picture, black is 0 and white 1; numbers do not change. The first row has the greatest y, as a picture is
 //! seen.
 
-use std::io::Read as _;
+use std::io::Cursor;
 
-use flate2::read::ZlibDecoder;
 use glamx::DVec3;
+use png::{BitDepth, Decoder, Limits, Transformations};
 
 use super::builder::Builder;
 use super::{Content, shown};
 use crate::limits;
 use crate::robot::Grid;
 
-/// Header of a picture.
-struct Header {
-    grid: Grid,
-    /// 1 or 2.
-    bytes_each: usize,
-    channels: usize,
-}
+/// Maximum memory of the decoder beside the samples themselves, bytes.
+const DECODER_BYTES: usize = 32 << 20;
 
-/// Reads a PNG of 8 or 16 bits, grey or with grey colours. ISO/IEC 15948, without checksums: a file comes
-/// with its hash.
+/// Reads a PNG, grey or with grey colours. Ignores checksums: a file comes with its hash.
 pub(super) fn png(bytes: &[u8]) -> Result<Content, String> {
-    let mut rest = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n").ok_or("it is not a PNG file")?;
-    let mut header = None;
-    let mut packed = Vec::new();
-    while let Some((size, after)) = rest.split_first_chunk::<4>() {
-        let (kind, after) = after.split_first_chunk::<4>().ok_or(CUT)?;
-        let size = u32::from_be_bytes(*size) as usize;
-        let chunk = after.get(..size).ok_or(CUT)?;
-        match kind {
-            b"IHDR" => header = Some(self::header(chunk)?),
-            b"IDAT" => packed.extend_from_slice(chunk),
-            b"IEND" => break,
-            _ => {}
-        }
-        rest = after.get(size + 4..).ok_or(CUT)?;
-    }
-    let Header { grid, bytes_each, channels } = header.ok_or("it is a PNG without a header")?;
-    let pixel = bytes_each * channels;
-    let mut unpacked = ZlibDecoder::new(packed.as_slice());
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: DECODER_BYTES });
+    decoder.ignore_checksums(true);
+    // Palettes become colours, and fewer than 8 bits become 8.
+    decoder.set_transformations(Transformations::EXPAND);
+    let info = decoder.read_header_info().map_err(|error| format!("it is not a PNG file: {error}"))?;
+    // Checked before any of it is decompressed.
+    let grid = grid(info.height as usize, info.width as usize)?;
+    let unreadable = |error| format!("its pixels cannot be unpacked: {error}");
+    let mut reader = decoder.read_info().map_err(unreadable)?;
+    let mut samples = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
+    let frame = reader.next_frame(&mut samples).map_err(unreadable)?;
+    let bytes_each = if frame.bit_depth == BitDepth::Sixteen { 2 } else { 1 };
+    let channels = frame.color_type.samples();
     let mut heights = Vec::with_capacity(grid.rows * grid.columns);
-    let (mut before, mut row) = (vec![0; grid.columns * pixel], vec![0; grid.columns * pixel]);
-    for _ in 0..grid.rows {
-        let mut filter = [0];
-        unpacked
-            .read_exact(&mut filter)
-            .map_err(|error| format!("its pixels cannot be unpacked: {error}"))?;
-        unpacked.read_exact(&mut row).map_err(|error| format!("its pixels cannot be unpacked: {error}"))?;
-        unfilter(filter[0], pixel, &before, &mut row)?;
-        for pixel in row.chunks_exact(pixel) {
-            let mut samples = pixel.chunks_exact(bytes_each);
-            let first = samples.next().unwrap_or_default();
-            if channels >= 3 && samples.take(2).any(|sample| sample != first) {
-                return Err("it has colours; the picture of a height field is grey".to_owned());
-            }
-            heights.push(match *first {
-                [high, low] => f64::from(u16::from_be_bytes([high, low])) / f64::from(u16::MAX),
-                [one] => f64::from(one) / f64::from(u8::MAX),
-                _ => 0.0,
-            });
+    for pixel in samples.chunks_exact(bytes_each * channels) {
+        let mut samples = pixel.chunks_exact(bytes_each);
+        let first = samples.next().unwrap_or_default();
+        if channels >= 3 && samples.take(2).any(|sample| sample != first) {
+            return Err("it has colours; the picture of a height field is grey".to_owned());
         }
-        std::mem::swap(&mut before, &mut row);
+        heights.push(match *first {
+            [high, low] => f64::from(u16::from_be_bytes([high, low])) / f64::from(u16::MAX),
+            [one] => f64::from(one) / f64::from(u8::MAX),
+            _ => 0.0,
+        });
     }
     surface(grid, &heights)
-}
-
-const CUT: &str = "it is a PNG that ends too early";
-
-fn header(chunk: &[u8]) -> Result<Header, String> {
-    let &[w0, w1, w2, w3, h0, h1, h2, h3, depth, color, 0, 0, interlaced] = chunk else {
-        return Err("it is a PNG with an unknown header".to_owned());
-    };
-    let [width, height] = [[w0, w1, w2, w3], [h0, h1, h2, h3]].map(u32::from_be_bytes);
-    // Checked before any of it is decompressed.
-    let grid = grid(height as usize, width as usize)?;
-    let channels = match color {
-        0 => 1,
-        4 => 2,
-        2 => 3,
-        6 => 4,
-        _ => return Err("it has a palette; the picture of a height field is grey".to_owned()),
-    };
-    if interlaced != 0 {
-        return Err("it is interlaced; save it without interlacing".to_owned());
-    }
-    match depth {
-        8 => Ok(Header { grid, bytes_each: 1, channels }),
-        16 => Ok(Header { grid, bytes_each: 2, channels }),
-        _ => Err(format!("it has {depth} bits a sample; only 8 and 16 are supported")),
-    }
-}
-
-/// Undoes a row's filter, for pixels of `pixel` bytes, with the row before it.
-fn unfilter(filter: u8, pixel: usize, before: &[u8], row: &mut [u8]) -> Result<(), String> {
-    if filter > 4 {
-        return Err(format!("its pixels have the unknown filter {filter}"));
-    }
-    for at in 0..row.len() {
-        let left = at.checked_sub(pixel);
-        let [a, c] = [&*row, before].map(|row| left.and_then(|left| row.get(left)).copied().unwrap_or(0));
-        let b = before.get(at).copied().unwrap_or(0);
-        let guess = match filter {
-            0 => 0,
-            1 => a,
-            2 => b,
-            // Half of the sum of two bytes is a byte.
-            3 => u16::midpoint(u16::from(a), u16::from(b)) as u8,
-            _ => paeth(a, b, c),
-        };
-        if let Some(value) = row.get_mut(at) {
-            *value = value.wrapping_add(guess);
-        }
-    }
-    Ok(())
-}
-
-/// Returns the value among left, above and above left that is nearest to the plane through them.
-fn paeth(a: u8, b: u8, c: u8) -> u8 {
-    let [left, above, corner] = [a, b, c].map(i16::from);
-    let plane = left + above - corner;
-    let off = |value: i16| (plane - value).abs();
-    if off(left) <= off(above) && off(left) <= off(corner) {
-        a
-    } else if off(above) <= off(corner) {
-        b
-    } else {
-        c
-    }
 }
 
 /// Reads rows of numbers, separated by commas, semicolons or blanks. Skips lines that are empty or begin with
@@ -208,33 +123,31 @@ fn surface(grid: Grid, heights: &[f64]) -> Result<Content, String> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write as _;
-
-    use flate2::Compression;
-    use flate2::write::ZlibEncoder;
+    use png::ColorType::{self, Grayscale, GrayscaleAlpha, Indexed, Rgb, Rgba};
+    use png::{Encoder, Filter};
 
     use super::*;
 
-    /// Returns a PNG of filtered rows, each with its filter before it.
-    fn picture([width, height]: [u32; 2], [depth, color]: [u8; 2], rows: &[u8]) -> Vec<u8> {
-        let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
-        let mut chunk = |kind: &[u8; 4], data: &[u8]| {
-            bytes.extend(u32::try_from(data.len()).unwrap().to_be_bytes());
-            bytes.extend(kind);
-            bytes.extend(data);
-            bytes.extend([0; 4]);
-        };
-        let mut header = [width.to_be_bytes(), height.to_be_bytes()].concat();
-        header.extend([depth, color, 0, 0, 0]);
-        chunk(b"IHDR", &header);
-        chunk(b"tEXt", b"made by hand");
-        let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
-        packed.write_all(rows).unwrap();
-        let packed = packed.finish().unwrap();
-        let (first, second) = packed.split_at(packed.len() / 2);
-        chunk(b"IDAT", first);
-        chunk(b"IDAT", second);
-        chunk(b"IEND", b"");
+    /// Returns a PNG of rows without filters.
+    fn picture([width, height]: [u32; 2], depth: BitDepth, color: ColorType, rows: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, width, height);
+        encoder.set_depth(depth);
+        encoder.set_color(color);
+        encoder.set_filter(Filter::Adaptive);
+        if color == Indexed {
+            encoder.set_palette(vec![0, 0, 0, 51, 51, 51, 255, 0, 0]);
+        }
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(rows).unwrap();
+        writer.finish().unwrap();
+        bytes
+    }
+
+    /// Returns a picture whose header has another size.
+    fn resized(size: [u32; 2]) -> Vec<u8> {
+        let mut bytes = picture([2, 2], BitDepth::Eight, Grayscale, &[0; 4]);
+        bytes[16..24].copy_from_slice(&size.map(u32::to_be_bytes).concat());
         bytes
     }
 
@@ -248,9 +161,8 @@ mod tests {
 
     #[test]
     fn a_picture_and_rows_of_numbers_become_the_same_surface() {
-        // The second row is filtered by the one above it, the third by the pixel on its left.
-        let rows = [0, 0, 51, 102, 2, 51, 51, 51, 1, 255, 0, 1];
-        let picture = png(&picture([3, 3], [8, 0], &rows)).unwrap();
+        let rows = [0, 51, 102, 51, 102, 153, 255, 255, 0];
+        let picture = png(&picture([3, 3], BitDepth::Eight, Grayscale, &rows)).unwrap();
         let text = text(b"# heights\n0, 0.2 ,0.4\n\n0.2;0.4\t0.6\r\n1 1 0").unwrap();
         assert_eq!(heights(&picture), [0.0, 0.2, 0.4, 0.2, 0.4, 0.6, 1.0, 1.0, 0.0]);
         assert_eq!(heights(&text), heights(&picture));
@@ -267,34 +179,38 @@ mod tests {
     }
 
     #[test]
-    fn samples_of_two_bytes_and_grey_colours_are_read() {
-        let rows = [0, 0x12, 0x34, 0xff, 0xff, 4, 0, 0, 0, 1];
-        let wide = png(&picture([2, 2], [16, 0], &rows)).unwrap();
-        let [a, b] = [f64::from(0x1234) / 65535.0, 1.0];
-        // Paeth's prediction is above on the left, and also on the right.
-        assert_eq!(heights(&wide), [a, b, a, f64::from(0xff00) / 65535.0]);
-        let grey = [0, 9, 9, 9, 255, 8, 8, 8, 255, 0, 7, 7, 7, 0, 6, 6, 6, 0];
-        let colours = png(&picture([2, 2], [8, 6], &grey)).unwrap();
+    fn samples_of_any_depth_and_grey_colours_are_read() {
+        let rows = [0x12, 0x34, 0xff, 0xff, 0, 0, 0, 1];
+        let wide = png(&picture([2, 2], BitDepth::Sixteen, Grayscale, &rows)).unwrap();
+        assert_eq!(heights(&wide), [0x1234, 0xffff, 0, 1].map(|value| f64::from(value) / 65535.0));
+        let grey = [9, 9, 9, 255, 8, 8, 8, 255, 7, 7, 7, 0, 6, 6, 6, 0];
+        let colours = png(&picture([2, 2], BitDepth::Eight, Rgba, &grey)).unwrap();
         assert_eq!(heights(&colours), [9.0, 8.0, 7.0, 6.0].map(|grey| grey / 255.0));
+        let clear =
+            png(&picture([2, 2], BitDepth::Eight, GrayscaleAlpha, &[255, 0, 0, 9, 0, 0, 255, 1])).unwrap();
+        assert_eq!(heights(&clear), [1.0, 0.0, 0.0, 1.0]);
+        // Two bits a sample, each row in a byte of its own.
+        let narrow = png(&picture([2, 2], BitDepth::Two, Grayscale, &[0b0111_0000, 0b1000_0000])).unwrap();
+        assert_eq!(heights(&narrow), [1.0 / 3.0, 1.0, 2.0 / 3.0, 0.0]);
+        let palette = png(&picture([2, 2], BitDepth::Eight, Indexed, &[0, 1, 1, 0])).unwrap();
+        assert_eq!(heights(&palette), [0.0, 0.2, 0.2, 0.0]);
     }
 
     #[test]
     fn what_is_no_height_field_is_refused_in_a_sentence() {
-        let of = |size, kind, rows: &[u8]| refused(png(&picture(size, kind, rows)));
-        assert!(
-            of([100_000, 100_000], [8, 0], &[]).starts_with("it has 100000 rows of 100000 samples; the most")
-        );
-        assert!(of([u32::MAX, u32::MAX], [16, 6], &[]).contains("the limit is 1000000 in all"));
-        assert!(of([5, 1], [8, 0], &[]).contains("at least 2 by 2"));
-        assert!(of([2, 2], [8, 3], &[]).contains("palette"));
-        assert!(of([2, 2], [4, 0], &[]).contains("4 bits a sample"));
-        assert!(of([2, 2], [8, 0], &[0, 1, 2]).contains("cannot be unpacked"));
-        assert!(of([2, 2], [8, 0], &[9, 1, 2, 0, 0, 0]).contains("unknown filter 9"));
-        assert!(of([2, 2], [8, 2], &[0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]).contains("colours"));
-        // Data beyond the header's size is not decompressed: a megabyte of it is a kilobyte of file.
-        assert!(png(&picture([2, 2], [8, 0], &vec![0; 1 << 20])).is_ok());
-        let whole = picture([2, 2], [8, 0], &[0; 6]);
-        for cut in 0..whole.len() - 12 {
+        let said = |size| refused(png(&resized(size)));
+        assert!(said([100_000, 100_000]).starts_with("it has 100000 rows of 100000 samples; the limit"));
+        assert!(said([i32::MAX as u32; 2]).contains("the limit is 1000000 in all"));
+        assert!(said([5, 1]).contains("at least 2 by 2"));
+        assert!(said([2, 3]).contains("cannot be unpacked"));
+        assert!(refused(png(b"\x89PNG")).contains("not a PNG file"));
+        for (color, rows) in [(Rgb, &[0, 0, 0, 1, 2, 3, 0, 0, 0, 0, 0, 0][..]), (Indexed, &[0, 2, 0, 0])] {
+            let picture = picture([2, 2], BitDepth::Eight, color, rows);
+            assert_eq!(refused(png(&picture)), "it has colours; the picture of a height field is grey");
+        }
+        let whole = picture([2, 2], BitDepth::Eight, Grayscale, &[0; 4]);
+        // The end of the pixels, their checksum, and the last chunk.
+        for cut in 0..whole.len() - 20 {
             assert!(png(&whole[..cut]).is_err(), "{cut}");
         }
         for (given, phrase) in [

@@ -1,11 +1,6 @@
 //! Textures that MuJoCo makes itself: a checker pattern, a gradient, one colour, with marks. They become PNG
 //! files, which the URDF names like any other picture.
 
-use std::io::Write as _;
-
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
-
 use super::defaults::Classed;
 use super::inline_mesh::Made;
 use crate::report::Disposition::Repaired;
@@ -52,10 +47,8 @@ pub(super) fn png(
     made.spend(size[0] * size[1], texture.element)?;
     let mark = texture.word("mark").unwrap_or("none");
     let random = texture.number("random")?.unwrap_or(0.01);
-    let mut rows = Vec::with_capacity(size[1] * (3 * size[0] + 1));
+    let mut rows = Vec::with_capacity(size[1] * 3 * size[0]);
     for row in 0..size[1] {
-        // No filter.
-        rows.push(0);
         for column in 0..size[0] {
             let pixel = [column, row];
             let is_marked = match mark {
@@ -69,7 +62,8 @@ pub(super) fn png(
             rows.extend(if is_marked { bytes(colours.mark) } else { pattern(&colours, pixel, size) });
         }
     }
-    Ok(Some(written(size, &rows)))
+    // Writing to memory cannot fail, and the sides are within the format's.
+    Ok(written(size, &rows).ok())
 }
 
 /// Colours in the file.
@@ -111,22 +105,13 @@ fn noise([column, row]: [usize; 2]) -> f64 {
     ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Returns a PNG with 8 bits per component (ISO/IEC 15948).
-fn written(size: [usize; 2], rows: &[u8]) -> Vec<u8> {
-    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
-    let mut header: Vec<u8> = size.iter().flat_map(|side| (*side as u32).to_be_bytes()).collect();
-    header.extend([8, 2, 0, 0, 0]);
-    let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
-    // Writing to memory cannot fail.
-    let packed = packed.write_all(rows).and_then(|()| packed.finish()).unwrap_or_default();
-    for (kind, data) in [(b"IHDR", header), (b"IDAT", packed), (b"IEND", Vec::new())] {
-        let mut sum = flate2::Crc::new();
-        sum.update(kind);
-        sum.update(&data);
-        file.extend((data.len() as u32).to_be_bytes());
-        file.extend(kind);
-        file.extend(data);
-        file.extend(sum.sum().to_be_bytes());
-    }
-    file
+/// Returns a PNG with 8 bits per component.
+fn written([width, height]: [usize; 2], rows: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rows)?;
+    writer.finish()?;
+    Ok(file)
 }

@@ -84,16 +84,13 @@ fn what_is_no_picture_of_a_file_leaves_the_colour_and_a_finding() {
     );
 }
 
-/// Returns the rows of a PNG without filters.
-fn pixels(png: &[u8]) -> Vec<Vec<[u8; 3]>> {
-    use std::io::Read as _;
-
-    let at = png.windows(4).position(|word| word == b"IDAT").unwrap();
-    let mut bytes = Vec::new();
-    flate2::read::ZlibDecoder::new(&png[at + 4..]).read_to_end(&mut bytes).unwrap();
-    let width = u32::from_be_bytes(png[16..20].try_into().unwrap()) as usize;
-    let row = |row: &[u8]| row[1..].chunks_exact(3).map(|pixel| pixel.try_into().unwrap()).collect();
-    bytes.chunks_exact(3 * width + 1).map(row).collect()
+/// Returns the rows of a PNG.
+fn pixels(bytes: &[u8]) -> Vec<Vec<[u8; 3]>> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let width = reader.next_frame(&mut pixels).unwrap().width as usize;
+    let row = |row: &[u8]| row.chunks_exact(3).map(|pixel| pixel.try_into().unwrap()).collect();
+    pixels.chunks_exact(3 * width).map(row).collect()
 }
 
 #[test]
