@@ -1,37 +1,36 @@
-//! Completion in shells: robots, joints and parameters of the line's daemon, and contexts of the
-//! configuration file.
+//! Completion in shells: robots, joints and parameters of the line's daemon.
 //!
 //! A shell starts `simctl` with the typed words at each press of Tab. Any failure then has no candidates and
 //! no message, and a daemon has at most [`WAIT`] to answer.
 
-use std::{ffi::OsStr, io, time::Duration};
+use std::{ffi::OsStr, io, sync::OnceLock, time::Duration};
 
-use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
+use clap::{ArgMatches, Command, CommandFactory, FromArgMatches as _};
 use clap_complete::{
     Shell,
-    engine::{ArgValueCompleter, CompletionCandidate},
+    engine::ArgValueCompleter,
     env::{CompleteEnv, Shells},
 };
-use simd_client::{Client, is_printable};
+use simd_client::Client;
 
 use crate::{
-    args::{Arguments, Options},
-    context::{choose, configuration_path, read},
+    candidates::{WORD, candidates, is_bash, unquoted},
+    context::choose,
     credentials::connect_options,
+    options::Options,
 };
 
 /// Variable that a shell sets to its name for a request.
 const VARIABLE: &str = "SIMCTL_COMPLETE";
-/// Variable with the typed word in bash, including its quotes: only bash inserts candidates unchanged.
-const WORD: &str = "SIMCTL_COMPLETE_WORD";
 /// Timeout of connecting and all answers together.
 const WAIT: Duration = Duration::from_millis(300);
-/// Maximum number of candidates: more fill a screen.
-const MAX_CANDIDATES: usize = 2_000;
+
+/// The command line that is completed.
+static COMMAND: OnceLock<fn() -> Command> = OnceLock::new();
 
 /// Answers a request of a shell, and exits.
-pub(crate) fn answer() {
-    CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
+pub(crate) fn answer<A: CommandFactory>() {
+    CompleteEnv::with_factory(COMMAND.get_or_init(|| A::command)).var(VARIABLE).complete();
 }
 
 /// Returns the script that makes a shell send requests.
@@ -54,14 +53,6 @@ pub(crate) fn script(shell: Shell) -> io::Result<Vec<u8>> {
         _ => {}
     }
     Ok(script.into_bytes())
-}
-
-/// Completes the name of a context.
-pub(crate) fn contexts() -> ArgValueCompleter {
-    ArgValueCompleter::new(|current: &OsStr| {
-        let configuration = read(configuration_path().as_deref()).unwrap_or_default();
-        candidates(current, configuration.contexts.into_keys())
-    })
 }
 
 /// Completes the name of a robot.
@@ -149,62 +140,6 @@ fn typed_robot(line: &ArgMatches) -> Option<String> {
     of.try_get_one::<String>("robot").ok().flatten().cloned()
 }
 
-/// Returns the matching candidates; leaves out names that control a terminal.
-fn candidates(current: &OsStr, names: impl IntoIterator<Item = String>) -> Vec<CompletionCandidate> {
-    let begin = if is_bash() {
-        unquoted(current.to_str().unwrap_or_default())
-    } else {
-        current.to_string_lossy().into()
-    };
-    let may_be = |name: &String| name.starts_with(&begin) && name.chars().all(is_printable);
-    let names = names.into_iter().filter(may_be).take(MAX_CANDIDATES);
-    names
-        .map(|name| CompletionCandidate::new(if is_bash() { quoted(&name, open_quote()) } else { name }))
-        .collect()
-}
-
-fn is_bash() -> bool {
-    std::env::var_os(WORD).is_some()
-}
-
-/// Returns the quote of the word, if one is open.
-fn open_quote() -> Option<char> {
-    let word = std::env::var(WORD).ok()?;
-    word.chars().next().filter(|first| matches!(first, '\'' | '"'))
-}
-
-/// Returns a word without its quotes.
-fn unquoted(word: &str) -> String {
-    let mut plain = String::with_capacity(word.len());
-    let mut quote = None;
-    let mut chars = word.chars();
-    while let Some(c) = chars.next() {
-        match (quote, c) {
-            (None, '\'' | '"') => quote = Some(c),
-            (Some(begin), c) if begin == c => quote = None,
-            (None | Some('"'), '\\') => plain.extend(chars.next()),
-            (_, c) => plain.push(c),
-        }
-    }
-    plain
-}
-
-/// Quotes a name for bash as one word, or as the rest of one that began with a quote.
-fn quoted(name: &str, quote: Option<char>) -> String {
-    let is_open = quote.is_some_and(|quote| !name.contains([quote, '$', '`', '\\']));
-    if is_open {
-        return name.to_owned();
-    }
-    let mut word = String::with_capacity(name.len());
-    for c in name.chars() {
-        if !c.is_alphanumeric() && !"_-./=:,+@%".contains(c) {
-            word.push('\\');
-        }
-        word.push(c);
-    }
-    word
-}
-
 /// Asks the line's daemon, within the timeout.
 fn asked(question: impl AsyncFnOnce(Client, ArgMatches) -> Vec<String>) -> Vec<String> {
     let Some((line, options)) = typed(std::env::args().collect()) else { return Vec::new() };
@@ -229,7 +164,7 @@ fn asked(question: impl AsyncFnOnce(Client, ArgMatches) -> Vec<String>) -> Vec<S
 fn typed(words: Vec<String>) -> Option<(ArgMatches, Options)> {
     let plain = |word: String| if is_bash() { unquoted(&word) } else { word };
     let line = words.into_iter().skip_while(|word| word != "--").skip(1).map(plain);
-    let matches = Arguments::command().ignore_errors(true).try_get_matches_from(line).ok()?;
+    let matches = COMMAND.get()?().ignore_errors(true).try_get_matches_from(line).ok()?;
     let options = Options::from_arg_matches(&matches).ok()?;
     Some((matches, options))
 }
@@ -238,8 +173,11 @@ fn typed(words: Vec<String>) -> Option<(ArgMatches, Options)> {
 mod tests {
     use super::*;
 
+    use crate::commands::Arguments;
+
     #[test]
     fn the_line_so_far_says_which_daemon_and_which_robot() {
+        COMMAND.get_or_init(|| Arguments::command);
         let words = |line: &str| format!("simctl -- simctl {line}").split(' ').map(str::to_owned).collect();
         let (line, options) = typed(words("-e lab:1 joint get arm --rate 5 sh")).unwrap();
         assert_eq!(options.endpoint.as_deref(), Some("lab:1"));
@@ -248,28 +186,5 @@ mod tests {
         assert_eq!(get.get_one::<String>("robot").map(String::as_str), Some("arm"));
         let (_, options) = typed(words("joint set --context sea arm elb")).unwrap();
         assert_eq!(options.context.as_deref(), Some("sea"));
-    }
-
-    #[test]
-    fn what_quotes_a_word_is_not_of_its_name() {
-        for name in ["shoulder joint", "a\\b", "it's", "a$(b)\"c", "肩", "ns:a/b=1"] {
-            assert_eq!(unquoted(&quoted(name, None)), name);
-        }
-        assert_eq!(quoted("two links", None), "two\\ links");
-        assert_eq!(quoted("two links", Some('"')), "two links");
-        for typed in ["two\\ li", "'two li", "\"two li", "two' 'li"] {
-            assert_eq!(unquoted(typed), "two li");
-        }
-        assert_eq!(unquoted("a\\"), "a");
-    }
-
-    #[test]
-    fn names_that_a_terminal_obeys_are_not_offered() {
-        let names = ["arm", "arm\u{1b}[31m", "arm\nleg", "leg"].map(str::to_owned);
-        let offered: Vec<_> = candidates(OsStr::new("a"), names)
-            .into_iter()
-            .map(|candidate| candidate.get_value().to_string_lossy().into_owned())
-            .collect();
-        assert_eq!(offered, ["arm"]);
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal as _};
 use anyhow::{Context as _, bail};
 use simd_client::{Client, ConnectOptions, Error, Token, proto::ErrorReason};
 
-use crate::{args::Options, context::Choice};
+use crate::{context::Choice, options::Options};
 
 /// Source of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
-    use crate::args::Arguments;
+    use crate::commands::Arguments;
 
     #[test]
     fn the_flag_beats_the_context() {

@@ -1,19 +1,23 @@
 //! simctl: controls simd from a shell. This file goes from arguments to an exit code.
 //!
-//! * `args`: options of every command, and the list of commands.
-//! * `commands`: one file per noun, with its arguments and actions.
-//! * `typed`: rules for all arguments. `target`, `quantity`, `pose`: parsers of arguments.
-//! * `context`: selection of the daemon. `credentials`: selection of the token.
+//! From the top to the bottom:
+//!
+//! * `commands`: the command line, and one file per noun with its arguments and actions.
 //! * `complete`: completion in shells.
+//! * `credentials`: selection of the token. `context`: selection of the daemon.
+//! * `options`: options of every command. `candidates`: words of a completion.
+//! * `configuration`: the file of contexts. `failure`: exit codes, and remedies for refusals.
+//! * `typed`: rules for all arguments. `target`, `quantity`, `pose`: parsers of arguments.
 //! * `output`: tables for people, JSON for programs.
-//! * `failure`: exit codes, and remedies for refusals.
 
-mod args;
+mod candidates;
 mod commands;
 mod complete;
+mod configuration;
 mod context;
 mod credentials;
 mod failure;
+mod options;
 mod output;
 mod pose;
 mod quantity;
@@ -23,8 +27,10 @@ mod typed;
 
 use std::process::ExitCode;
 
+use commands::Arguments;
+
 fn main() -> ExitCode {
-    complete::answer();
+    complete::answer::<Arguments>();
     let arguments = typed::read();
     // Zenoh needs this flavor; one worker suffices, since it mostly waits.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();

@@ -7,24 +7,23 @@ use std::sync::OnceLock;
 
 use clap::builder::ValueParser;
 use clap::error::ErrorKind;
-use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _};
+use clap::{Arg, Command, Parser};
 
-use crate::args::Arguments;
 use crate::quantity;
 
 /// Options and values of the present command: the name of a field, and its argument as typed.
 static TYPED: OnceLock<Vec<(String, String)>> = OnceLock::new();
 
 /// Parses the arguments, or prints the error and ends the process.
-pub(crate) fn read() -> Arguments {
+pub(crate) fn read<A: Parser>() -> A {
     match parse(std::env::args_os()) {
         Ok(arguments) => arguments,
         Err(error) => refuse(&error),
     }
 }
 
-fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Arguments, clap::Error> {
-    let command = with_rules(Arguments::command());
+fn parse<A: Parser>(typed: impl IntoIterator<Item = OsString>) -> Result<A, clap::Error> {
+    let command = with_rules(A::command());
     let matches = command.clone().try_get_matches_from(typed)?;
     let (mut of, mut found) = (&command, &matches);
     while let Some((name, inner)) = found.subcommand() {
@@ -33,7 +32,7 @@ fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Arguments, clap::E
     }
     // Tests may have parsed another line before.
     let _ = TYPED.set(of.get_arguments().map(names).collect());
-    Arguments::from_arg_matches(&matches)
+    A::from_arg_matches(&matches)
 }
 
 /// Returns the name of an argument's field, and its form as typed.
@@ -128,9 +127,10 @@ fn typed_name(field: &str, typed: &[(String, String)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::Arguments;
 
     fn refused(line: &str) -> String {
-        plain(&parse(line.split(' ').map(OsString::from)).unwrap_err().to_string())
+        plain(&parse::<Arguments>(line.split(' ').map(OsString::from)).unwrap_err().to_string())
     }
 
     #[test]
@@ -143,7 +143,7 @@ mod tests {
             "simctl parameter add speed -1 1 -0.5",
             "simctl claim take arm --lease -1",
         ] {
-            parse(line.split(' ').map(OsString::from)).unwrap();
+            parse::<Arguments>(line.split(' ').map(OsString::from)).unwrap();
         }
         let steps = refused("simctl sim step -5");
         assert!(
@@ -176,7 +176,7 @@ mod tests {
             "simctl claim take arm --lease 2min",
             "simctl sim status --timeout 500ms",
         ] {
-            parse(line.split(' ').map(OsString::from)).unwrap();
+            parse::<Arguments>(line.split(' ').map(OsString::from)).unwrap();
         }
         let said = refused("simctl sim physics --time-step 1mm");
         assert!(said.contains("`1mm` is not a number, alone or with one of"), "{said}");

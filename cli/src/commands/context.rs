@@ -5,11 +5,12 @@ use clap::Subcommand;
 use serde::Serialize;
 
 use crate::{
-    args::Options,
-    complete,
-    context::{Configuration, choose, configuration_path, read, use_context},
+    candidates,
+    configuration::{Configuration, configuration_path, read},
+    context::{choose, use_context},
     credentials::{self, Source},
     failure::warn,
+    options::Options,
     output::{
         Output, View,
         number::ABSENT,
@@ -26,7 +27,7 @@ pub(crate) enum Context {
     /// Selects the default context of the configuration file
     Use {
         /// Name of the context
-        #[arg(add = complete::contexts())]
+        #[arg(add = candidates::contexts())]
         name: String,
     },
 }

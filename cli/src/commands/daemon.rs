@@ -6,9 +6,9 @@ use serde::Serialize;
 use simd_client::{Client, Error, Network, Presence, proto::SimulationState};
 
 use crate::{
-    args::Options,
     context::choose,
     credentials::connect_options,
+    options::Options,
     output::{
         Output, json,
         number::ABSENT,

@@ -19,11 +19,12 @@ use serde::Serialize;
 use simd_client::is_zenoh;
 
 use crate::{
-    args::{Format, Options},
-    context::{choose, configuration_path},
+    configuration::configuration_path,
+    context::choose,
     credentials,
+    options::Options,
     output::{
-        Output,
+        Format, Output,
         number::count,
         table::{Column, Page, Table},
     },

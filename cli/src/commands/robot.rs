@@ -3,6 +3,7 @@
 pub(crate) mod convert;
 mod filter;
 mod kinematics;
+mod package_folder;
 mod progress;
 pub(crate) mod shape;
 mod sleep;
@@ -22,7 +23,6 @@ use simd_client::{
 };
 
 use crate::{
-    args::{PackageFolder, package_folder},
     commands::contact::Surface,
     complete,
     failure::{hint, warn},
@@ -30,6 +30,7 @@ use crate::{
     pose,
     target::{Placement, placement},
 };
+use package_folder::{PackageFolder, package_folder};
 use progress::Progress;
 use view::{Deleted, InfoView, Loaded, ReloadedView, RobotView};
 

@@ -12,7 +12,7 @@ use serde::Serialize;
 use simd_client::access::{Role, TOKEN_BYTES, TokenEntry, parse_tokens, token, token_hash, write_tokens};
 
 use crate::{
-    context::configuration_path,
+    configuration::configuration_path,
     output::{
         Output, View,
         table::{Column, Page, Table},

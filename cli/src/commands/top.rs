@@ -25,9 +25,9 @@ use std::{
 use clap::Args;
 
 use crate::{
-    args::{Format, Options},
+    options::Options,
     output::{
-        Output, has_colour,
+        Format, Output, has_colour,
         table::{Column, Page, Table},
     },
 };

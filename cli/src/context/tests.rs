@@ -3,7 +3,7 @@
 use clap::Parser as _;
 
 use super::*;
-use crate::args::Arguments;
+use crate::commands::Arguments;
 
 const FILE: &str =
     "context = \"lab\"\n[contexts.lab]\nendpoint = \"lab:1\"\n[contexts.sea]\nendpoint = \"sea:2\"\n";

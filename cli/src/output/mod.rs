@@ -9,11 +9,22 @@ use std::{
     io::{self, IsTerminal as _, Write as _},
 };
 
+use clap::ValueEnum;
 use serde::Serialize;
 use simd_client::is_printable;
 
-use crate::args::Format;
 use table::Page;
+
+/// Format of results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// Aligned columns
+    Table,
+    /// One JSON document; for a watch, the same as jsonl
+    Json,
+    /// One JSON document per line
+    Jsonl,
+}
 
 /// A result. Its serialisation is the interface of `-o json`: field names must not change.
 pub(crate) trait View: Serialize {

@@ -171,8 +171,8 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
-    use crate::args::{Arguments, Command};
     use crate::commands::constraint::Constraint;
+    use crate::commands::{Arguments, Command};
 
     /// Returns the request of `simctl constraint create` with these arguments.
     fn asked(arguments: &str) -> Result<CreateConstraintRequest, String> {

@@ -101,7 +101,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
-    use crate::args::Arguments;
+    use crate::commands::Arguments;
 
     #[test]
     fn each_line_of_a_file_is_a_ray() {

@@ -14,7 +14,7 @@ use std::{
 use simd_client::access::parse_tokens;
 
 use super::{Finding, away, unix_seconds};
-use crate::context::read;
+use crate::configuration::read;
 
 /// Maximum size of a file that a daemon reads.
 const MAX_BYTES: u64 = 1 << 20;

@@ -11,9 +11,9 @@ use serde::Serialize;
 use simd_client::{Package, replace_file};
 use simd_model::{Finding, LoadLimits, Severity, TranslatedModel, Translation};
 
+use super::package_folder::{PackageFolder, package_folder};
 use super::{options, validate::Files, xacro_argument};
 use crate::{
-    args::{PackageFolder, package_folder},
     failure::{hint, warn},
     output::{Output, View, table::Page},
 };

@@ -9,9 +9,9 @@ use simd_model::{
     Asset, Assets, Disposition, Finding, LoadReport, ReadOptions, RobotModel, Severity, robot::Sha256,
 };
 
+use super::package_folder::{PackageFolder, package_folder};
 use super::{options, view::FindingView, xacro_argument};
 use crate::{
-    args::{PackageFolder, package_folder},
     failure::hint,
     output::{Output, View, table::Page},
 };

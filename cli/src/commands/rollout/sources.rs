@@ -169,7 +169,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::args::{Arguments, Command};
+    use crate::commands::{Arguments, Command};
 
     /// Returns the sources of a rollout with two options of each kind, and documents beside them.
     fn sources() -> Sources {

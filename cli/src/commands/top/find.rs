@@ -7,9 +7,10 @@ use tokio::sync::oneshot;
 
 use super::watch::{Board, Place};
 use crate::{
-    args::Options,
-    context::{Choice, choose, configuration_path, of_context, read},
+    configuration::{configuration_path, read},
+    context::{Choice, choose, of_context},
     credentials::connect_options,
+    options::Options,
 };
 
 /// Interval between searches of a network for new daemons.
