@@ -59,7 +59,7 @@ viewer:
 
 # Installs the tests' requirements and runs every suite, the cheapest stage first, with a table of seconds at the end.
 # Tests that this machine cannot run are left out and named at the end; with CI set nothing is left out.
-STAGES ?= lint test-build test-rust test-python test-web
+STAGES ?= lint test-build test-rust test-python+test-web
 test:
 	@MAKE="$(MAKE)" tests/stages/run.sh $(STAGES)
 
