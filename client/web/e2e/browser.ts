@@ -162,6 +162,24 @@ export async function savedFile(download: Download): Promise<string> {
   return path;
 }
 
+/** Runs in the page. Returns how many of these elements are visible at their middle, and their number. */
+export function seenAtMiddle(selector: string): { seen: number; all: number } {
+  const all = [...document.querySelectorAll<HTMLElement>(selector)];
+  const hit = all.filter((element) => {
+    const { left, top, width, height } = element.getBoundingClientRect();
+    const found = document.elementFromPoint(left + width / 2, top + height / 2);
+    return found !== null && (element.contains(found) || found.contains(element));
+  });
+  return { seen: hit.length, all: all.length };
+}
+
+/** Runs in the page. Returns the spread of the middles of the top bar's parts, as a share of its height, and the pixels that do not fit into it. */
+export function rowOfBar(): { spread: number; over: number } {
+  const bar = document.querySelector(".top-bar");
+  const middles = [...(bar?.children ?? [])].map((child) => child.getBoundingClientRect()).filter(({ width }) => width > 0).map(({ top, height }) => top + height / 2);
+  return { spread: (Math.max(...middles) - Math.min(...middles)) / (bar?.clientHeight ?? NaN), over: (bar?.scrollWidth ?? NaN) - (bar?.clientWidth ?? NaN) };
+}
+
 /** Smallest box around points or pixels. */
 export interface Bounds {
   left: number;

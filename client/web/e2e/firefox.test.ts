@@ -1,8 +1,17 @@
-// The main path in Debian's Firefox: the page opens, a robot is loaded, its slider moves it, its joint is
-// plotted.
+// The main path in Debian's Firefox: the page opens, a robot is loaded, its slider moves it, its joint is plotted. Then what a newcomer
+// meets: little room, names of any script, claims, the help, links, frames, and errors.
+
+import { once } from "node:events";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import type { AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
+import { resolve } from "node:path";
 
 import { afterAll, beforeAll, expect, test } from "vitest";
 
+import { Base } from "../src/gen/simd/v1/entity_pb";
+import { rowOfBar, seenAtMiddle } from "./browser";
 import { Daemon } from "./daemon";
 import { Firefox } from "./firefox";
 import { fixtures } from "./fixtures";
@@ -76,4 +85,87 @@ test("Firefox shows a robot, moves it by its slider and plots it", async () => {
     return coloured > 50;
   });
   await expect.poll(() => isWhereItIs(daemon, robot, "firefox")).toBe(true);
+});
+
+/** Names of joints whose ends differ, in several scripts. */
+const NAMES = ["плечо_правой_руки_робота_для_сборки_левое", "机器人装配单元左侧夹爪手指远端关节右侧第二节", "مفصل_كتف_الذراع_اليمنى_للروبوت", "🤖🦾 joint"];
+
+test("Firefox shows a newcomer joints of any script on a phone that lies, claims, helps, copies a link, is framed, and reports a lost daemon", async () => {
+  let address = "";
+  const site = createServer((_, answer) => answer.setHeader("content-type", "text/html").end(`<iframe src="${address}" style="width: 700px; height: 340px"></iframe>`));
+  site.listen(0, "127.0.0.1");
+  await once(site, "listening");
+  const { port } = site.address() as AddressInfo;
+  const folder = await mkdtemp(`${tmpdir()}/simd-firefox-frame-`);
+  try {
+    await writeFile(resolve(folder, "simd.toml"), `frame_ancestors = ["http://127.0.0.1:${port}"]\n`);
+    const daemon = await use.daemon(Daemon.start(["--config", resolve(folder, "simd.toml"), "--paused", "--gravity", "0,0,0"]));
+    address = daemon.url;
+    const joints = NAMES.map((name, index) => `<link name="l${index}"/><joint name="${name}" type="continuous"><parent link="base"/><child link="l${index}"/><axis xyz="0 0 1"/></joint>`);
+    const urdf = new TextEncoder().encode(`<robot name="hand"><link name="base"/>${joints.join("")}</robot>`);
+    await daemon.entities.spawnEntity({ name: "hand", base: Base.FIXED, source: { source: { case: "urdf", value: urdf } } });
+    await firefox.resize(740, 360);
+    await firefox.open(daemon.url);
+    await firefox.until((count) => document.querySelectorAll("[data-testid=slider]").length === count && window.simd.settled(), NAMES.length);
+    expect((await firefox.evaluate(seenAtMiddle, "[data-testid=slider]")).seen).toBeGreaterThanOrEqual(2);
+    const { spread, over } = await firefox.evaluate(rowOfBar);
+    expect(spread).toBeLessThan(0.3);
+    expect(over).toBeLessThanOrEqual(0);
+    // Names are whole in the document, and their ends are visible.
+    expect(await firefox.evaluate(() => [...document.querySelectorAll(".joint .joint-name")].map((name) => name.textContent))).toEqual(NAMES);
+    await firefox.picture("firefox-phone-that-lies");
+
+    // Claimed and released by a button.
+    const claimed = async () => (await daemon.entities.getEntityInfo({ robot: "hand" })).entity?.claimedBy ?? "";
+    await firefox.click("claim-robot");
+    await expect.poll(claimed).toMatch(/^viewer-/);
+    await firefox.until(() => document.querySelector("[data-testid=claim-robot]")?.getAttribute("aria-pressed") === "true");
+    await firefox.click("claim-robot");
+    await expect.poll(claimed).toBe("");
+
+    // Its row shows the reason why a joint does not move.
+    await daemon.aim("hand", { [NAMES[0] ?? ""]: 0.5 });
+    await firefox.until(() => document.querySelector("[data-testid=badge]")?.textContent === "paused");
+
+    await firefox.press("?");
+    await firefox.click("help-begin");
+    await firefox.until((url) => [...document.querySelectorAll("[data-testid=guide-command]")].some(({ textContent }) => textContent?.includes(url)), new URL(daemon.url).host);
+    await firefox.until(() => document.querySelector("[data-testid=guide-zenoh]")?.getAttribute("data-way") === "off");
+    await firefox.picture("firefox-help");
+    await firefox.press("\uE00C");
+    await firefox.until(() => document.querySelector("[data-testid=help-sheet]") === null);
+
+    // A link that is copied shows the same camera.
+    await firefox.evaluate(() => {
+      const page = window as unknown as { copied: string };
+      navigator.clipboard.writeText = (text) => Promise.resolve(void (page.copied = text));
+      window.simd.camera.look([3, 1, 2], [0, 0.5, 0.25]);
+    });
+    await firefox.until(() => window.simd.settled());
+    await firefox.click("view-menu");
+    await firefox.click("copy-link");
+    await firefox.until(() => (window as unknown as { copied?: string }).copied !== undefined);
+    const link = await firefox.evaluate(() => (window as unknown as { copied: string }).copied);
+    await firefox.open("about:blank");
+    await firefox.open(link);
+    await firefox.until(() => window.simd?.frame() != null && window.simd.settled());
+    const camera = await firefox.evaluate(() => [...window.simd.camera.position(), ...window.simd.camera.target()]);
+    camera.forEach((value, index) => expect(value).toBeCloseTo([3, 1, 2, 0, 0.5, 0.25][index] ?? NaN, 3));
+
+    // Framed by the site that the operator named: the page in the frame reports its camera.
+    const pages = async (): Promise<number> => (await daemon.view.getCameras({})).cameras.length;
+    await firefox.open(`http://127.0.0.1:${port}/`);
+    await expect.poll(pages).toBe(1);
+
+    // A lost daemon is reported where users see it.
+    await firefox.open(daemon.url);
+    await firefox.until(() => window.simd?.frame() != null);
+    await daemon.kill();
+    await firefox.until(() => document.querySelector("[data-testid=banner]") !== null);
+    expect(await firefox.evaluate(seenAtMiddle, "[data-testid=banner]")).toEqual({ seen: 1, all: 1 });
+    await firefox.picture("firefox-lost");
+  } finally {
+    site.close();
+    await rm(folder, { recursive: true });
+  }
 });

@@ -68,7 +68,8 @@ export class Firefox {
       browser.stderr.pipe(said);
       const port = await firstLine(said, /Marionette\s+INFO\s+Listening on port (\d+)/);
       const marionette = await Marionette.connect(Number(port));
-      await marionette.command("WebDriver:NewSession", { capabilities: { alwaysMatch: { timeouts: { script: TIMEOUT, pageLoad: TIMEOUT } } } });
+      await marionette.command("WebDriver:NewSession", {});
+      await marionette.command("WebDriver:SetTimeouts", { script: TIMEOUT, pageLoad: TIMEOUT });
       const firefox = new Firefox(children, profile, marionette);
       await firefox.resize(width, height);
       return firefox;
@@ -98,7 +99,11 @@ export class Firefox {
   /** Waits until a function in the page returns true. */
   async until<Arguments extends unknown[]>(holds: (...given: Arguments) => boolean, ...given: Arguments): Promise<void> {
     const script = `const given = arguments; return (async () => { while (!(${String(holds)})(...given)) await new Promise(requestAnimationFrame); })()`;
-    await this.marionette.command("WebDriver:ExecuteScript", { script, args: given, sandbox: null });
+    try {
+      await this.marionette.command("WebDriver:ExecuteScript", { script, args: given, sandbox: null });
+    } catch (error) {
+      throw new Error(`${error instanceof Error ? error.message : String(error)}, waiting for ${String(holds)}`, { cause: error });
+    }
   }
 
   /** Returns the centre of the first element with this `data-testid`, on the page. */
@@ -146,7 +151,7 @@ export class Firefox {
   }
 
   /** Gives the page, not the window, this size. */
-  private async resize(width: number, height: number): Promise<void> {
+  async resize(width: number, height: number): Promise<void> {
     const [across, down] = await this.evaluate(() => [outerWidth - innerWidth, outerHeight - innerHeight]);
     await this.marionette.command("WebDriver:SetWindowRect", { x: 0, y: 0, width: width + (across ?? 0), height: height + (down ?? 0) });
   }

@@ -99,6 +99,7 @@ test("the ends of long joint names are seen", async () => {
     const box = await end.boundingBox();
     if (box === null || name === null) throw new Error("a name has no size");
     expect(box.x + box.width).toBeLessThanOrEqual(name.x + name.width + 1);
+    expect(await end.evaluate((element) => element.scrollWidth - element.clientWidth)).toBeLessThanOrEqual(0);
     texts.push(await end.textContent());
   }
   expect(new Set(texts).size).toBe(2);

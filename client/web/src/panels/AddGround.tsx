@@ -21,7 +21,7 @@ export function AddGround(): JSX.Element | null {
       title="Only robots collide here; the grid is just drawn. Add a plane at z = 0, for everybody who is connected"
       onClick={() => void addGround()}
     >
-      <Icon name="plus" />
+      <Icon name="ground" />
       <span>{canFall ? "nothing to stand on: add ground" : <span class="toggle-text">add ground</span>}</span>
     </button>
   );

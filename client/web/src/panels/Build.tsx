@@ -15,7 +15,7 @@ export function Build(): JSX.Element {
       title="Build: add, move, double and remove; undo; all robots; saved states; videos"
       face={
         <>
-          <Icon name="plus" />
+          <Icon name="build" />
           <span class="toggle-text">build</span>
         </>
       }

@@ -43,6 +43,8 @@ const SHAPES = {
   copy: <path d="M5.5 5.5h8v8h-8zM3.5 10.5h-1v-8h8v1" />,
   undo: <path d="M6 3L2.8 6.2 6 9.4M3 6.2h6.4a3.4 3.4 0 0 1 0 6.8H6" />,
   redo: <path d="M10 3l3.2 3.2L10 9.4M13 6.2H6.6a3.4 3.4 0 0 0 0 6.8H10" />,
+  ground: <path d="M1.6 13.2l3.2-4h9.6l-3.2 4zM8.2 1.6v5M5.7 4.1h5" />,
+  build: <path d="M13.6 4.6l-2 2-2.2-.6-.6-2.2 2-2a3.4 3.4 0 0 0-4.4 4.4L2.2 10.4a1.6 1.6 0 0 0 2.3 2.3l4.2-4.2a3.4 3.4 0 0 0 4.9-3.9z" />,
   saved: <path d="M4 2.2h8v11.6l-4-3-4 3z" />,
   info: <path d="M8 2.2a5.8 5.8 0 1 1 0 11.6A5.8 5.8 0 0 1 8 2.2zM8 7.3v3.7M8 4.9v.5" />,
 } as const satisfies Record<string, JSX.Element>;
