@@ -173,7 +173,13 @@ export function seenAtMiddle(selector: string): { seen: number; all: number } {
   return { seen: hit.length, all: all.length };
 }
 
-/** Runs in the page. Returns the spread of the middles of the top bar's parts, as a share of its height, and the pixels that do not fit into it. */
+/** Waits until users see an element: nothing covers its middle, which is in the window. Returns its text. */
+export async function inSight(page: Page, testId: string): Promise<string> {
+  await expect.poll(() => page.evaluate(seenAtMiddle, `[data-testid="${testId}"]`), { message: testId }).toEqual({ seen: 1, all: 1 });
+  return (await page.getByTestId(testId).textContent()) ?? "";
+}
+
+/** Runs in the page. Returns the spread of the middles of the top bar's parts, as a share of its height, and the pixels beyond its width. */
 export function rowOfBar(): { spread: number; over: number } {
   const bar = document.querySelector(".top-bar");
   const middles = [...(bar?.children ?? [])].map((child) => child.getBoundingClientRect()).filter(({ width }) => width > 0).map(({ top, height }) => top + height / 2);

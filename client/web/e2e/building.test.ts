@@ -9,7 +9,7 @@ import { expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
-import { savedFile, Tab } from "./browser";
+import { inSight, savedFile, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -80,7 +80,7 @@ test("what is wrong with a number is said where it is", async () => {
   await open(tab, "build-add");
   await tab.page.getByTestId("add-size-0").fill("-1");
   await tab.page.getByTestId("add-now").click();
-  await expect.poll(() => tab.page.getByTestId("add-problem").textContent()).toContain("longer than 0");
+  expect(await inSight(tab.page, "add-problem")).toContain("longer than 0");
   await tab.page.getByTestId("add-size-0").fill("3 kg");
   expect(await tab.page.getByTestId("add-size-0").getAttribute("aria-invalid")).toBe("true");
   expect(await names(daemon)).toEqual(["crate"]);

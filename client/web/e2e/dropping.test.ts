@@ -7,7 +7,7 @@ import { dirname, resolve } from "node:path";
 import { afterEach, beforeEach, expect, test } from "vitest";
 
 import { zipOf } from "../src/load/zip-fixture";
-import { Tab } from "./browser";
+import { inSight, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -77,8 +77,12 @@ test("a zip that is dropped is opened, and its meshes are found", async () => {
   expect(tab.consoleMessages).toEqual([]);
 });
 
-test("a zip that is none, and one that would fill the memory, are refused in words", async () => {
+test("files without a description, a zip that is none, and one that would fill the memory, are refused in words", async () => {
   const input = tab.page.getByTestId("file-input").first();
+  await input.setInputFiles(await write("readme.txt", "a robot"));
+  expect(await inSight(tab.page, "load-problem")).toContain("There is no .urdf file");
+  await tab.page.keyboard.press("Escape");
+  await tab.page.getByTestId("load-sheet").waitFor({ state: "detached" });
   await input.setInputFiles(await write("arm.zip", "<robot/>"));
   await expect.poll(toasts).toContain("arm.zip is not a zip file");
   await input.setInputFiles(await write("bomb.zip", zipOf([{ name: "d/a.urdf", bytes: Buffer.alloc(2 << 20, " ") }])));

@@ -2,6 +2,7 @@
 
 import { expect, test } from "vitest";
 
+import { Base } from "../src/gen/simd/v1/entity_pb";
 import { demoArm } from "../src/load/demo-arm";
 import { Tab } from "./browser";
 import { Daemon } from "./daemon";
@@ -43,6 +44,15 @@ test("an empty world explains itself, and gives an arm to move", async () => {
   await expect.poll(() => badge.textContent()).toBe("paused");
   await tab.picture("why-not");
   await tab.page.getByTestId("play").click();
+  await expect.poll(() => badge.textContent()).toBe("");
+  // A wall in its way, by the daemon's account of contacts.
+  const box = { geometry: { case: "box", value: { size: { x: 0.2, y: 1, z: 0.6 } } }, mass: 1 } as const;
+  await daemon.entities.spawnEntity({ name: "wall", base: Base.FIXED, pose: { position: { x: 0.4, y: 0, z: 0.5 } }, source: { source: { case: "primitive", value: box } } });
+  await number.fill("1.2");
+  await number.press("Enter");
+  await expect.poll(() => badge.textContent()).toMatch(/^blocked by wall/);
+  await tab.picture("why-not-blocked");
+  await daemon.entities.deleteEntity({ robot: "wall" });
   await expect.poll(() => badge.textContent()).toBe("");
   await tab.page.waitForFunction(() => window.simd.settled());
   await tab.picture("demo-arm");

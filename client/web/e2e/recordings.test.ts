@@ -11,7 +11,7 @@ import { afterEach, beforeEach, expect, test } from "vitest";
 
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
 import { decompress } from "../src/recording/lz4";
-import { savedFile, Tab } from "./browser";
+import { inSight, savedFile, Tab } from "./browser";
 import { Daemon } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -221,7 +221,7 @@ test("a file is played from this machine; what is no recording is refused with a
   await says(/begun\.mcap cannot be shown: it has no states/);
   await open("cut.mcap", bytes.subarray(0, bytes.length - 50));
   await tab.page.getByTestId("playback").waitFor();
-  await expect.poll(() => tab.page.getByTestId("playback-note").textContent()).toContain("not completed");
+  expect(await inSight(tab.page, "playback-note")).toContain("not completed");
   const state = await shown(tab, 0);
   expect(state.position).toBe(at(seen, state.simTime).position);
   // The recorded robot is no longer in the world: it is drawn from its description.

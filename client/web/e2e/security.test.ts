@@ -2,12 +2,12 @@
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
-import { chmodSync, mkdtempSync, writeFileSync } from "node:fs";
+import { chmodSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 
-import { expect, test } from "vitest";
+import { afterAll, expect, test } from "vitest";
 
-import { Tab } from "./browser";
+import { inSight, Tab } from "./browser";
 import { BINARY, Daemon } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -15,9 +15,12 @@ const use = fixtures();
 
 const VIEWER = `simd_${"1".repeat(64)}`;
 
-/** Flags of TLS and of tokens, and the folder with the files. */
+let folder = "";
+afterAll(() => rmSync(folder, { recursive: true, force: true }));
+
+/** Flags of TLS and of tokens, with files in a folder that ends with the test. */
 function files(): string[] {
-  const folder = mkdtempSync(`${tmpdir()}/simd-tls-`);
+  folder = mkdtempSync(`${tmpdir()}/simd-tls-`);
   execFileSync(BINARY, ["tls", "init", folder]);
   const hash = createHash("sha256").update(VIEWER).digest("hex");
   writeFileSync(`${folder}/tokens`, `anna viewer ${hash} never\n`);
@@ -35,8 +38,7 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   await card.waitFor();
   await page.getByTestId("token").fill("simd_wrong");
   await card.getByRole("button").click();
-  await page.getByTestId("refusal").waitFor();
-  expect(await page.getByTestId("refusal").textContent()).toContain("unknown, or was revoked");
+  expect(await inSight(page, "refusal")).toContain("unknown, or was revoked");
   await page.screenshot({ path: `${import.meta.dirname}/../../../target/screenshots/log-in.png` });
   await page.getByTestId("token").fill(VIEWER);
   await card.getByRole("button").click();

@@ -10,7 +10,7 @@ import { resolve } from "node:path";
 import { expect, test } from "vitest";
 
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
-import { Tab } from "./browser";
+import { inSight, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -20,8 +20,7 @@ test("a daemon that was killed and started again is found again, with the robots
   const first = await use.daemon(Daemon.demo());
   const tab = await Tab.open(await use.context(), first.url);
   await first.kill();
-  await tab.page.getByTestId("banner").waitFor({ state: "visible" });
-  expect(await tab.page.getByTestId("banner").textContent()).toMatch(/\d/);
+  expect(await inSight(tab.page, "banner")).toContain("The daemon does not answer");
   await tab.picture("connection-lost");
   await use.daemon(Daemon.again(["--load", "tests/assets/Two Link.v2"], first));
   await tab.page.getByTestId("banner").waitFor({ state: "detached" });
@@ -41,7 +40,7 @@ test("after a restart of the daemon the robots that the page has brought in are 
   await first.kill();
   await tab.page.getByTestId("banner").waitFor();
   const second = await use.daemon(Daemon.again(["--gravity", "0,0,0"], first));
-  await expect.poll(() => tab.page.getByTestId("restart-note").textContent()).toMatch(/^The daemon restarted at \d\d:\d\d\. Load the last robots again\?Load 2 robots$/);
+  expect(await inSight(tab.page, "restart-note")).toMatch(/^The daemon restarted at \d\d:\d\d\. Load the last robots again\?Load 2 robots$/);
   expect(await tab.violations()).toEqual([]);
   await tab.picture("restarted");
   await tab.page.getByTestId("load-again").click();

@@ -1,11 +1,11 @@
 // Targets that the page sends, and its messages if the daemon refuses them.
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { beforeEach, expect, test, vi } from "vitest";
-import { JointService } from "../gen/simd/v1/joint_pb";
+import { JointMode, JointService } from "../gen/simd/v1/joint_pb";
 import { toasts } from "../state/toasts";
 import { future, past, redo, undo } from "../state/undo";
 import { frame, type Axis, type Frame } from "../state/world";
-import { setTarget } from "./actions";
+import { presentValue, setTarget } from "./actions";
 import { servicesOver } from "./services";
 
 const sent: number[] = [];
@@ -14,6 +14,7 @@ let refused = false;
 const services = servicesOver(
   createRouterTransport(({ service }) =>
     service(JointService, {
+      getJointStates: () => ({ states: { robots: [{ robot: "arm", position: [0.75], velocity: [1], mode: [JointMode.VELOCITY] }] } }),
       setJointTargets: ({ robots }) => {
         if (refused) throw new ConnectError("joint elbow is claimed by lab", Code.FailedPrecondition);
         for (const { target } of robots[0]?.joints ?? []) if (target.case === "position") sent.push(target.value.position);
@@ -58,4 +59,9 @@ test("what the daemon refuses of an undo or a redo was not done, and is said", a
   refused = true;
   await redo();
   expect(toasts.value.map(({ kind }) => kind)).toEqual(["error"]);
+});
+
+test("the present value of a moving joint is the daemon's, and not that of the page's last state", async () => {
+  expect(await presentValue(elbow, "position")).toBe(0.75);
+  expect(await presentValue(elbow, "velocity")).toBe(1);
 });

@@ -5,6 +5,7 @@ import { JointMode, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb
 import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
 import type { DroppedFile, LoadOptions } from "../load/load";
 import type { Chosen } from "../load/xacro";
+import { axisValues } from "../state/joint-values";
 import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import { changed, making } from "../state/undo";
@@ -14,6 +15,7 @@ import { remember } from "./again";
 import { bringIn, moveTo, noteSpawn } from "./building";
 import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
+import { valuesOf } from "./mapping";
 import { daemonConnection } from "./page";
 import { worded } from "./error-message";
 import { services } from "./services";
@@ -43,6 +45,15 @@ export function setTarget(axis: Axis, { mode, value }: Target, before?: Target):
   };
   if (before) changed({ what: `the target of ${axis.key}`, of: axis.key, undo: set(before.mode, before.value), redo: set(mode, value) });
   return targets.set(axis.key, { axis, mode, value });
+}
+
+/** Asks the daemon for a present value of an axis: the page's last state is older. Undefined if it does not answer. */
+export async function presentValue(axis: Axis, quantity: "position" | "velocity" | "effort"): Promise<number | undefined> {
+  const answer = await services()
+    .joints.getJointStates({ selections: [{ robot: axis.robot }] })
+    .catch(() => undefined);
+  const state = answer?.states?.robots[0];
+  return state && axisValues(axis, valuesOf(state))?.[quantity];
 }
 
 /** Makes all joints of a robot hold their positions. */

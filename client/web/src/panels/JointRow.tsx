@@ -91,7 +91,7 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
             aria-label={`Mode of ${axis.label}`}
             title={whyNotJoint(axis) || "Position, velocity, effort, free or hold. A change starts from what the joint does, so nothing jerks"}
             disabled={whyNotJoint(axis) !== ""}
-            onChange={(event) => control.current?.changeMode(event.currentTarget.value as Mode)}
+            onChange={(event) => void control.current?.changeMode(event.currentTarget.value as Mode)}
           >
             {MODES.map(([value, word]) => (
               <option key={value} value={value}>

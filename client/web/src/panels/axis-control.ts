@@ -1,9 +1,9 @@
 // Updates one row of the joint panel from the state of its axis, and sends the targets that the user sets.
-import { setTarget } from "../daemon/actions";
+import { presentValue, setTarget } from "../daemon/actions";
 import { axisValues } from "../state/joint-values";
 import { toast } from "../state/toasts";
 import { degrees } from "../state/view";
-import { robots, simulation, type Axis, type JointValues, type Mode } from "../state/world";
+import { robots, simulation, type Axis, type JointValues, type Mode, type Target } from "../state/world";
 import { PendingTarget, PENDING_TIMEOUT } from "./pending-target";
 import { type Follower, show } from "./row-updates";
 import { digits, parse, quantityOf, unitOf, type Quantity, type Unit } from "./quantity";
@@ -34,6 +34,8 @@ export class AxisControl implements Follower {
   private target = 0;
   private present: Record<Quantity, number> = { position: 0, velocity: 0, effort: 0 };
   private refreshTimer: ReturnType<typeof setTimeout> | undefined;
+  /** Number of the user's inputs. */
+  private inputs = 0;
   private quantity: Quantity = "position";
   private range: Range;
   private unit: Unit;
@@ -147,19 +149,34 @@ export class AxisControl implements Follower {
     this.send(mode, value);
   }
 
-  private send(mode: Mode, value: number): void {
-    const before = { mode: this.mode, value: this.target };
-    this.pending.set({ mode, value }, performance.now());
+  private send(mode: Mode, value: number, before: Target = { mode: this.mode, value: this.target }): void {
+    this.pend({ mode, value });
     void setTarget(this.axis, { mode, value }, before);
+  }
+
+  /** Shows a target that the daemon has not reported yet. */
+  private pend(target: Target): void {
+    this.inputs += 1;
+    this.pending.set(target, performance.now());
     show(this);
     // A refused target must not be shown until the next state, which may not come while the world is paused.
     clearTimeout(this.refreshTimer);
     this.refreshTimer = setTimeout(() => show(this), PENDING_TIMEOUT + 50);
   }
 
-  /** The first target of the new mode is the present value, so that the joint does not jerk. */
-  changeMode(mode: Mode): void {
-    this.send(mode, mode === "passive" ? 0 : this.present[quantityOf(mode)]);
+  /**
+   * The first target of the new mode is the present value, so that the joint does not jerk. The daemon is asked for it: the page's last state of
+   * a joint that moves is old.
+   */
+  async changeMode(mode: Mode): Promise<void> {
+    const before = { mode: this.mode, value: this.target };
+    const quantity = quantityOf(mode);
+    const shown = mode === "passive" ? 0 : this.present[quantity];
+    this.pend({ mode, value: shown });
+    const { inputs } = this;
+    const value = mode === "passive" ? 0 : ((await presentValue(this.axis, quantity)) ?? shown);
+    // The user has set another target meanwhile.
+    if (inputs === this.inputs) this.send(mode, value, before);
   }
 
   drag(value: number): void {
