@@ -128,10 +128,13 @@ test("of many descriptions those are chosen that are wanted, and they stand side
   await tab.shows(daemon);
   await tab.picture("side-by-side");
   // A reset puts them at their present positions.
-  const before = reach("robot_11").lower;
+  const placeOf = async (robot: string) => (await daemon.entities.getEntityState({ robot })).pose?.position;
+  const before = await placeOf("robot_11");
+  expect(before?.y).toBeCloseTo(reach("robot_11").lower + 1.5, 6);
+  // On the ground, and not in it.
+  expect(before?.z).toBeCloseTo(0.05, 6);
   await daemon.simulation.resetSimulation({ time: true, state: true });
-  const { pose } = await daemon.entities.getEntityState({ robot: "robot_11" });
-  expect(pose?.position?.y).toBeCloseTo(before + 1.5, 6);
+  expect(await placeOf("robot_11")).toEqual(before);
 });
 
 test("a description of 50 MB and a mesh beyond the limit are refused before they are sent", async () => {

@@ -131,14 +131,15 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   let request = requestOf(source, options, place, prepared.models.length > 0);
   let spawned = await spawn(entities, what, request);
   const [name, isAlone] = [spawned?.entity?.name ?? "", spawned?.others.length === 0];
-  const shift = options.position?.y === undefined && isAlone ? await wayOut(name) : 0;
-  if (shift > 0) {
+  const isLifted = Object.keys(given(options.position)).length === 0;
+  const { aside, up } = isAlone ? await wayOut(name) : { aside: 0, up: 0 };
+  const moved = { ...place, y: place.y + (options.position?.y === undefined ? aside : 0), z: place.z + (isLifted ? up : 0) };
+  if (moved.y !== place.y || moved.z !== place.z) {
     // A reset moves a robot to its spawn pose. So it is spawned again there, and not moved.
     await entities.deleteEntity({ robot: name });
-    request = requestOf(source, options, { ...place, y: place.y + shift }, prepared.models.length > 0);
+    request = requestOf(source, options, moved, prepared.models.length > 0);
     spawned = await spawn(entities, what, request);
   }
-  const isLifted = Object.keys(given(options.position)).length === 0;
   const entity = keepReport(spawned, request.base !== Base.FIXED, isLifted);
   // With several robots, each would load all of them again.
   if (spawned?.others.length === 0) loaded(entity, request, isLifted);

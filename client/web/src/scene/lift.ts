@@ -1,12 +1,9 @@
-// Lifts robots that this tab loaded onto the ground, which is not part of their description.
+// Lifts robots that this tab loaded onto the ground, as far as what is drawn of them reaches below their collision shapes.
 import { Box3 } from "three";
 import { put } from "../daemon/actions";
-import { unmeasured } from "../state/report";
+import { MAX_DEPTH, unmeasured } from "../state/report";
 import type { RobotViews } from "./robot-views";
 import { isFlatGround } from "./scenery";
-
-/** Tolerance below the ground, metres. */
-const MAX_DEPTH = 1e-3;
 
 /** Lifts the drawn robots that are not measured yet. */
 export function liftOntoGround(robots: RobotViews): void {

@@ -39,6 +39,8 @@ export interface Loading {
 /** By the robot's name. */
 export const reports = signal<Map<string, LoadReport>>(new Map());
 export const loading = signal<Loading | null>(null);
+/** Depth of a loaded robot below the ground that counts as none, metres. */
+export const MAX_DEPTH = 1e-3;
 /** Robots that this tab loaded and whose lowest point is not measured yet: it may be below the ground. */
 export const unmeasured = signal<ReadonlySet<string>>(new Set());
 
