@@ -102,7 +102,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
             let is_cut = reason.contains("frame with invalid size") || reason.contains("broken pipe");
             let is_tls = is_cut && !endpoint.contains("https://");
             let hint = if is_tls { "; perhaps it speaks TLS: https://HOST:PORT" } else { "" };
-            return Some(format!("the network says: {reason}{hint}"));
+            return Some(format!("network error: {reason}{hint}"));
         }
         Error::Untrusted { sentence, .. } if sentence.contains("SIMD_TLS_CLIENT_CERT") => {
             return Some("--tls-client-cert and --tls-client-key name them too".to_owned());

@@ -56,7 +56,11 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
     let folder = tempfile::tempdir().unwrap();
     write_robot(folder.path(), "tub.obj", TUB.as_bytes());
     for (base, meshes, expected) in [
-        (Base::Fixed, MeshShapes::Unspecified, "the collision mesh of 10 triangles touches as it is"),
+        (
+            Base::Fixed,
+            MeshShapes::Unspecified,
+            "the collision mesh of 10 triangles collides by its triangles",
+        ),
         (
             Base::Fixed,
             MeshShapes::Mesh,
@@ -88,9 +92,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
     };
     write_robot(folder.path(), "ball.obj", (0..2_000).map(corner).collect::<String>().as_bytes());
     let spawned = load(&daemon.client, folder.path(), Base::Free, MeshShapes::Hull).await.unwrap();
-    let (_, rest) = said(&spawned)[0]
-        .split_once("of some of its corners, outside of whose faces the others lie by at most ")
-        .unwrap();
+    let (_, rest) = said(&spawned)[0].split_once("of some of its corners; the others lie at most ").unwrap();
     let beyond: f64 = rest.split_once(" m").unwrap().0.parse().unwrap();
     assert!(beyond > 0.0 && beyond < 1e-2, "{beyond}");
     // The colliding surface is drawn, even if it is not a hull.

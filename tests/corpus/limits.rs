@@ -203,7 +203,7 @@ fn findings_of_a_report() {
 fn seconds_of_reading() {
     let never = LoadLimits { time: Duration::ZERO, ..LoadLimits::default() };
     let message = read(robot("").as_bytes(), never).unwrap_err();
-    assert_eq!(message, "reading it takes longer than 0 s, which is the most");
+    assert_eq!(message, "reading it takes longer than 0 s, which is the limit");
     let ever = LoadLimits { time: Duration::MAX, ..LoadLimits::default() };
     assert!(read(robot("").as_bytes(), ever).is_ok());
 }

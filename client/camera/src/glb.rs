@@ -162,7 +162,7 @@ impl Reading<'_> {
         if primitive.get("mode").and_then(Value::as_u64).is_some_and(|mode| mode != TRIANGLES) {
             return Ok(());
         }
-        let broken = || "its triangles are not where it says".to_owned();
+        let broken = || "its triangles are not at the declared place".to_owned();
         let attributes = primitive.get("attributes").ok_or_else(broken)?;
         let (begin, count) = self.corners(attributes).ok_or_else(broken)?;
         let first = u32::try_from(self.mesh.indices.len()).map_err(|_| broken())?;

@@ -72,7 +72,7 @@ fn bounded(width: u32, height: u32) -> Result<(), String> {
 
 fn whole(width: u32, height: u32, rgba: Vec<u8>) -> Result<Image, String> {
     if rgba.len() as u64 != 4 * u64::from(width) * u64::from(height) {
-        return Err("it has other pixels than its header says".to_owned());
+        return Err("its pixels do not match its header".to_owned());
     }
     Ok(Image { width, height, rgba })
 }

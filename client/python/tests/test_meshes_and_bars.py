@@ -99,7 +99,7 @@ def test_a_file_says_what_its_meshes_are_to_become(
     robot = sim.load(urdf, fixed=fixed, collision=collision)
     hit = sim.cast_rays([0.5, -1, 0.3], [[0.5, 2, 0.3]])
     assert hit.hit.tolist() == [closed]
-    became = "touches as it is" if not closed and fixed else "convex hull" if closed else "convex part"
+    became = "collides by its triangles" if not closed and fixed else "convex hull" if closed else "convex part"
     assert robot.report and any(became in each.message for each in robot.report.findings)
 
 

@@ -27,7 +27,7 @@ impl Client {
         let export = self.unary_for(LONGER, self.simulation().export_saved_state(request)).await?;
         let bytes = self.asset(&export.sha256).await?;
         if hexadecimal(&Sha256::digest(&bytes)) != export.sha256 {
-            return Err(Error::Answer { reason: "the file does not have the hash that was said".to_owned() });
+            return Err(Error::Answer { reason: "the file does not have the announced hash".to_owned() });
         }
         let path = file.as_ref().to_path_buf();
         let to = path.clone();

@@ -156,7 +156,7 @@ impl<W: Write> Writer<W> {
             return Ok(());
         }
         if self.chunks.len() >= MOST_CHUNKS {
-            return Err(io::Error::other(format!("the file has {MOST_CHUNKS} chunks, which is the most")));
+            return Err(io::Error::other(format!("the file has {MOST_CHUNKS} chunks, which is the limit")));
         }
         let mut encoder = FrameEncoder::new(Vec::with_capacity(self.chunk.len() / 2));
         encoder.write_all(&self.chunk)?;
@@ -287,7 +287,7 @@ fn metadata_index((start, length, name): &(u64, u64, String)) -> Vec<u8> {
 
 fn next_id(there: usize, what: &str) -> io::Result<u16> {
     u16::try_from(there + 1)
-        .map_err(|_| io::Error::other(format!("the file has {there} {what}, which is the most")))
+        .map_err(|_| io::Error::other(format!("the file has {there} {what}, which is the limit")))
 }
 
 fn widen(span: &mut Option<(u64, u64)>, time: u64) {

@@ -184,8 +184,8 @@ impl Speaks {
     fn check(&mut self, context: &mut Context<'_>) -> io::Result<()> {
         let (deadline, sentence) = match self {
             Self::Http2 => return Ok(()),
-            Self::Opening { deadline, .. } => (deadline, "the client did not say which HTTP it speaks"),
-            Self::Http1 { deadline, .. } => (deadline, "nothing came or went for too long"),
+            Self::Opening { deadline, .. } => (deadline, "the client sent no HTTP request in time"),
+            Self::Http1 { deadline, .. } => (deadline, "no byte was sent or received for too long"),
         };
         match deadline.as_mut().poll(context) {
             Poll::Pending => Ok(()),

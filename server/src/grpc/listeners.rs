@@ -125,7 +125,8 @@ fn explained(path: &Path, error: io::Error) -> io::Error {
         }
         _ if length > LONGEST_PATH => {
             format!(
-                "the path has {length} bytes, and that of a socket at most {LONGEST_PATH}; name a shorter one"
+                "the path has {length} bytes, and the path of a socket may have {LONGEST_PATH}; name a \
+                 shorter one"
             )
         }
         io::ErrorKind::NotFound if path.parent().is_some_and(|folder| !is_folder(folder)) => {

@@ -159,7 +159,7 @@ fn scope(extensions: &Extensions, peer: Option<&Peer>) -> Result<Scope, CallErro
         (None, Some(peer)) => Ok(Scope::Unnamed(peer.clone())),
         (None, None) => Err(CallError::InvalidValue {
             element: "request_id".into(),
-            value: "that of a caller who is not known".into(),
+            value: "from an unknown caller".into(),
             expected: "over Zenoh it needs a client's name in the attachment, or the query's source info"
                 .into(),
         }),

@@ -27,7 +27,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
     let numbers = 3_u64 * corners as u64 + 3 * normals as u64 + 2 * uvs as u64 + 3 * triangles as u64;
     let size = HEADER as u64 + 4 * numbers;
     if size != bytes.len() as u64 {
-        return Err(format!("not an MSH: it says it has {size} bytes, and has {}", bytes.len()));
+        return Err(format!("not an MSH: its header declares {size} bytes, and it has {}", bytes.len()));
     }
     if triangles == 0 {
         return Err("it has no triangles".to_owned());

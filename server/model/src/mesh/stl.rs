@@ -74,7 +74,7 @@ pub(super) fn note(bytes: &[u8]) -> Option<String> {
     let rest = bytes.len().checked_sub(START + TRIANGLE.checked_mul(count)?)?;
     (rest >= TRIANGLE).then(|| {
         let held = (bytes.len() - START) / TRIANGLE;
-        format!("it says it has {count} triangles, and holds {held}: {count} are read")
+        format!("its header declares {count} triangles, and it has {held}: {count} are read")
     })
 }
 
@@ -96,7 +96,7 @@ fn as_binary(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     };
     let held = bytes.len().saturating_sub(START) / TRIANGLE;
     if count > held {
-        return Err(format!("it says it has {count} triangles, but holds {held}"));
+        return Err(format!("its header declares {count} triangles, but it has {held}"));
     }
     check_count(count)?;
     if !bytes.starts_with(b"solid") {

@@ -69,7 +69,7 @@ fn a_count_that_the_file_does_not_hold_is_refused_at_once() {
     let mut bytes = binary(&tetrahedron(), "x");
     bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
     let why = parse("a.stl", &bytes).unwrap_err();
-    assert_eq!(why, "it says it has 4294967295 triangles, but holds 4");
+    assert_eq!(why, "its header declares 4294967295 triangles, but it has 4");
 }
 
 #[test]

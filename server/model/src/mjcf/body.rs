@@ -210,7 +210,7 @@ impl<'a> Reader<'a> {
             self.notes.info(
                 element,
                 Used,
-                "no joint of MuJoCo, but PyBullet's way to say that the body has none",
+                "PyBullet's way to say that the body has no joint; MuJoCo does not have it",
             );
             return Ok(());
         }

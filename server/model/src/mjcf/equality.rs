@@ -200,7 +200,7 @@ fn keep<'a>(
     let found = index.and_then(|index| Some((index, reader.bodies.get(index)?)));
     let Some((index, Body { parent, parent_from_body, joints, .. })) = found else { return Ok(()) };
     let [only] = &joints[..] else {
-        let message = "it holds one joint of several of a body in place: left out; give the joint a range";
+        let message = "it fixes one of several joints of a body: left out; give the joint a range";
         reader.notes.warn(element, Ignored, message);
         return Ok(());
     };

@@ -245,8 +245,8 @@ fn weight(
         if let Some((_, Some(error))) = found {
             let (count, most) = (read.vertices.len(), mesh_inertia::DIRECTIONS);
             let message = format!(
-                "it has {count} corners: its convex hull is that of those that are farthest in {most} \
-                 directions, outside of whose faces the others were found to lie by at most {error:.6} m"
+                "it has {count} corners: its convex hull has those that are farthest in {most} directions; \
+                 the others lie at most {error:.6} m outside"
             );
             notes.warn(at, Repaired, message);
         }

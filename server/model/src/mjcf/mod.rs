@@ -186,7 +186,7 @@ impl<'a> Reader<'a> {
                 "compiler" | "default" | "asset" | "worldbody" | "actuator" | "equality" | "keyframe"
                 | "contact" | "sensor" | "size" | "visual" | "statistic" | "custom" => {}
                 "option" => {
-                    let message = "settings of the physics are the world's, and stay as they are there";
+                    let message = "settings of the physics belong to the world, and do not change";
                     self.notes.info(*section, Ignored, message);
                 }
                 "tendon" | "deformable" | "extension" => {

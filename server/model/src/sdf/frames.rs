@@ -60,7 +60,10 @@ impl<'a> Frames<'a> {
                 return Err(Stop::at(asked_by, format!("there is no frame {} in its {owner}", quoted(&at))));
             };
             if chain.len() > self.raw.len() {
-                return Err(Stop::at(raw.at, format!("the frame {} stands relative to itself", quoted(&at))));
+                return Err(Stop::at(
+                    raw.at,
+                    format!("the frame {} is defined relative to itself", quoted(&at)),
+                ));
             }
             let next = raw.relative_to.clone();
             chain.push(std::mem::replace(&mut at, next));

@@ -65,7 +65,7 @@ pub(super) fn read(element: Element, notes: &mut Notes) -> Result<DraftLink, Sto
                 notes.info(child, Ignored, "not read by simd");
             }
             "gravity" if element.says("gravity") == Some(false) => {
-                notes.warn(child, Ignored, "each link has its weight in simd: gravity holds for it");
+                notes.warn(child, Ignored, "gravity acts on every link in simd");
             }
             "kinematic" if element.says("kinematic") == Some(true) => {
                 notes.warn(child, Ignored, "links are moved by forces alone in simd");

@@ -172,7 +172,7 @@ impl<'a> Reader<'a> {
                 "physics" => self.physics(element)?,
                 "gravity" => {
                     let message =
-                        format!("gravity is the world's, and stays as it is there: {:.60}", element.text());
+                        format!("gravity belongs to the world, and does not change: {:.60}", element.text());
                     self.notes.info(element, Ignored, message);
                 }
                 "joint" => {
@@ -198,7 +198,7 @@ impl<'a> Reader<'a> {
     fn physics(&mut self, element: Element<'a>) -> Result<(), Stop> {
         let step = element.number_of("max_step_size", &mut self.notes)?;
         let step = step.map_or_else(String::new, |step| format!(" (a step of {step} s)"));
-        let message = format!("settings of the physics are the world's, and stay as they are there{step}");
+        let message = format!("settings of the physics belong to the world, and do not change{step}");
         self.notes.info(element, Ignored, message);
         Ok(())
     }

@@ -142,7 +142,7 @@ fn close(
     };
     if joint.axes.iter().any(has_more) || joint.mimic.is_some() {
         let message = format!(
-            "the joint {:?} closes a loop: what holds its links together has no limits, damping or friction",
+            "the joint {:?} closes a loop: the constraint in its place has no limits, damping or friction",
             joint.name
         );
         notes.warn_at_line(Ignored, joint.at, message);

@@ -258,7 +258,11 @@ fn gazebo_joint(
                 value.is_some_and(|value: f64| value != 0.0 && value.abs() < 1e15)
             };
             if range.iter().any(says) {
-                findings.warn(found, Ignored, "what closes a loop has no limits, damping or friction");
+                findings.warn(
+                    found,
+                    Ignored,
+                    "a constraint that closes a loop has no limits, damping or friction",
+                );
             }
         }
         Ok(if in_model { root_from_joint.rotation.inverse() * axis } else { axis })

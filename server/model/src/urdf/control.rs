@@ -160,7 +160,7 @@ fn follow(node: Node, index: usize, joints: &mut [Joint], findings: &mut Finding
     if node.attribute("mimic").is_some_and(|word| word.trim().eq_ignore_ascii_case("false")) {
         if let Some(joint) = joints.get_mut(index).filter(|joint| joint.mimic.is_some()) {
             joint.mimic = None;
-            findings.used(node, || format!("joint {name} follows none: mimic is false"));
+            findings.used(node, || format!("joint {name} follows no other joint: mimic is false"));
         }
         return;
     }

@@ -22,6 +22,6 @@ impl Deadline {
             return Ok(());
         }
         let seconds = self.allowed.as_secs_f64();
-        Err(Refusal::of_file(format!("reading it takes longer than {seconds} s, which is the most")))
+        Err(Refusal::of_file(format!("reading it takes longer than {seconds} s, which is the limit")))
     }
 }

@@ -187,7 +187,8 @@ fn position_limits(
     }
     let (lower, upper) = (limit.lower.unwrap_or(0.0), limit.upper.unwrap_or(0.0));
     if lower > upper && limit.is_bullets_none() {
-        let message = format!("lower {lower} above upper {upper} is PyBullet's way to say no limit: read so");
+        let message =
+            format!("lower {lower} above upper {upper} is PyBullet's way to say no limit: read as no limit");
         findings.warn(node, Repaired, message);
         return (None, None);
     }

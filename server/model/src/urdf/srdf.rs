@@ -109,7 +109,7 @@ pub(super) fn of_robot(robot: Node, links: &[Link], findings: &mut Findings) -> 
     match switched(robot, links, findings) {
         Ok(switched) => switched.into_iter().map(|(links, enabled)| LinkPair { links, enabled }).collect(),
         Err(_too_many) => {
-            let message = format!("it switches more than {MOST_PAIRS} pairs of links: none is");
+            let message = format!("it switches more than {MOST_PAIRS} pairs of links: all are left out");
             findings.warn(robot, Ignored, message);
             Vec::new()
         }

@@ -33,7 +33,7 @@ pub(crate) fn decode<'a>(
     let line = bytes.iter().take(error.valid_up_to()).filter(|byte| **byte == b'\n').count() + 1;
     let line = u32::try_from(line).unwrap_or(u32::MAX);
     if says_latin(bytes) {
-        let message = "the file is read as ISO-8859-1, as it says".to_owned();
+        let message = "the file is read as ISO-8859-1, as it declares".to_owned();
         findings.of_text(Severity::Info, Disposition::Used, None, message);
     } else {
         let message = "a byte here is not UTF-8; the file is read as ISO-8859-1: save it as UTF-8".to_owned();

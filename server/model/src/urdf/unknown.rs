@@ -14,8 +14,8 @@ const REASONS: &[(&str, &str)] = &[
     ("sensor", "it stands in the robot with a <parent>, or in the <gazebo> of its link or joint"),
     ("collision_checking", "simd does not check meshes"),
     ("self_collision_checking", "contacts within a robot are off"),
-    ("joint_properties", "<dynamics> is what gives damping and friction"),
-    ("contact_coefficients", "<contact> of the link is what gives friction"),
+    ("joint_properties", "<dynamics> gives damping and friction"),
+    ("contact_coefficients", "<contact> of the link gives friction"),
 ];
 
 /// Reports an element that is unknown in its parent.

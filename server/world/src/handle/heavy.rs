@@ -48,7 +48,7 @@ impl HeavyWork {
 
     /// Makes one permit, for looks into recordings.
     pub(super) fn of_recordings() -> Self {
-        let what = "waiting calls for what is in a recording";
+        let what = "waiting calls for contents of recordings";
         Self { permits: FairPermits::new(1, 16, 4, what) }
     }
 

@@ -110,8 +110,8 @@ impl Group {
         if matches!(member.state, State::Waits { .. }) {
             return Err(CallError::InvalidValue {
                 element: "lockstep_member".into(),
-                value: "that of a request that waits".into(),
-                expected: "a member asks once, and again when it has its answer".into(),
+                value: "already waiting for steps".into(),
+                expected: "a member asks again only after its answer".into(),
             });
         }
         Ok(member)

@@ -254,7 +254,7 @@ impl Entries {
         let under_way = self.shares.get(&key.scope).map_or(0, |share| share.under_way);
         let most = (self.limit / 2).max(1);
         let beyond = |whose: &str, value: usize, limit: usize| {
-            let what = format!("the number of requests with an id that are under way, {whose},");
+            let what = format!("the number of requests with an id in progress, {whose},");
             Err(CallError::LimitExceeded { what, value: value as u64 + 1, limit: limit as u64 })
         };
         if under_way >= most {

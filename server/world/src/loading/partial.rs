@@ -130,7 +130,7 @@ impl Partials {
     fn check_continues(&self, sha256: &Sha256, total: u64, offset: u64) -> Result<(), CallError> {
         let Some(partial) = self.by_hash.get(sha256) else {
             return Err(mismatch(format!(
-                "the part at {offset} continues an upload that is not under way (abandoned ones are \
+                "the part at {offset} continues an upload that is not in progress (abandoned uploads are \
                  forgotten); start again at 0"
             )));
         };

@@ -34,15 +34,15 @@ pub(super) fn report_proxies(shapes: &Shapes, most: usize, report: &mut LoadRepo
         let Proxy { uri, triangles, shape, asked, is_fixed, distance, simpler_by, is_measured } = proxy;
         let mesh = format!("the collision mesh of {}", counted(*triangles, "triangle"));
         let simpler = simpler_by.map_or_else(String::new, |by| {
-            format!("of some of its corners, outside of whose faces the others lie by at most {by:.6} m; ")
+            format!("of some of its corners; the others lie at most {by:.6} m outside;  ")
         });
         let error = format!("{simpler}the largest distance found between the two is {distance:.4} m");
         let divided = *asked == MeshShapes::Decomposition;
         let (severity, disposition, message) = match shape {
             ProxyShape::Mesh => {
                 let message = format!(
-                    "{mesh} touches as it is: its link cannot move; it touches nothing else that cannot, and has no \
-                     distance from other such meshes"
+                    "{mesh} collides by its triangles: its link cannot move; it does not collide with other \
+                     fixed shapes, and has no distance from other such meshes"
                 );
                 (Severity::Info, Disposition::Used, message)
             }
@@ -106,9 +106,9 @@ pub(super) fn report_coarse_pairs(
             file: None,
             line: None,
             message: format!(
-                "links {first:?} and {second:?} touch with their convex hulls, of which one lies up to {distance:.4} m \
-                 outside of its mesh: they may push each other while their meshes are that far apart; load the robot with \
-                 collision \"mesh\" and at most 100000 triangles a mesh, or with convex parts"
+                "links {first:?} and {second:?} collide by their convex hulls; one of the hulls lies up to \
+                 {distance:.4} m outside of its mesh, so they may push each other at that distance; load the \
+                 robot with collision \"mesh\" and at most 100000 triangles a mesh, or with convex parts"
             ),
         });
     }

@@ -351,7 +351,7 @@ impl Writer {
         }
         while self.bytes() > self.plan.max_bytes {
             if self.older.is_empty() {
-                return limit(format!("it has reached {} bytes, which is the most", self.plan.max_bytes));
+                return limit(format!("it has reached {} bytes, which is the limit", self.plan.max_bytes));
             }
             self.remove_oldest()?;
         }

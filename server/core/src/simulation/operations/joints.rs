@@ -94,7 +94,7 @@ impl Simulation {
                 return Err(within(check::refuse("limits", "a range", expected)));
             }
             if is_ball && properties.spring.is_some_and(|(_, rest)| rest != 0.0) {
-                let expected = "that of a spherical joint is at rest at its orientation 0 0 0 1";
+                let expected = "the spring of a spherical joint rests at the orientation 0 0 0 1";
                 return Err(within(check::refuse("spring.rest", "a rest", expected)));
             }
             let has_one_axis = entity.body.tree().joints[index].len() == 1;

@@ -133,11 +133,11 @@ impl<'a> File<'a> {
             return Err(at(node, &format!("<{}> has no {attribute}", node.tag_name().name())));
         };
         let Some(id) = url.strip_prefix('#') else {
-            let message = format!("{} leads to another file, which is never opened", shown(url));
+            let message = format!("{} refers to another file, which simd does not open", shown(url));
             return Err(at(node, &message));
         };
         let found = self.by_id.get(id).copied().filter(|found| is(*found, name));
-        found.ok_or_else(|| at(node, &format!("{} leads to no <{name}>", shown(url))))
+        found.ok_or_else(|| at(node, &format!("{} refers to no <{name}>", shown(url))))
     }
 }
 

@@ -127,7 +127,7 @@ impl<'d> Buffers<'d> {
         let needed = if accessor.count == 0 { 0 } else { last.saturating_add(size * numbers) };
         if needed > bytes.len() {
             let (count, there) = (accessor.count, bytes.len());
-            return Err(format!("accessor {index} says it has {count} elements; its view has {there} bytes"));
+            return Err(format!("accessor {index} declares {count} elements; its view has {there} bytes"));
         }
         let walked = self.walked.get().saturating_add(accessor.count);
         self.walked.set(walked);

@@ -70,9 +70,9 @@ fn what_is_broken_or_unknown_is_refused_in_a_sentence() {
         (
             "\"count\": 3, \"type\": \"VEC3\"",
             "\"count\": 4, \"type\": \"VEC3\"",
-            "accessor 0 says it has 4 elements",
+            "accessor 0 declares 4 elements",
         ),
-        ("\"count\": 3", "\"count\": 18446744073709551615", "accessor 0 says it has"),
+        ("\"count\": 3", "\"count\": 18446744073709551615", "accessor 0 declares"),
         ("\"VEC3\"", "\"VEC2\"", "accessor 0 is of \"VEC2\" instead of VEC3"),
         ("\"POSITION\": 0", "\"POSITION\": 7", "it names accessor 7"),
         ("\"mesh\": 0", "\"mesh\": 3", "it names mesh 3"),

@@ -106,7 +106,7 @@ fn a_joint_of_gazebo_closes_a_loop_where_the_links_are_at_zero() {
     // The child is 1 m along x from the parent.
     let places = read[0].ends.each_ref().map(|end| end.pose.map(|pose| pose.translation));
     assert_eq!(places, [Some(DVec3::X * 1.5), Some(DVec3::X * 0.5)]);
-    assert_eq!(warnings(&report), ["what closes a loop has no limits, damping or friction"]);
+    assert_eq!(warnings(&report), ["a constraint that closes a loop has no limits, damping or friction"]);
     let (read, report) = constraints(
         "<gazebo><joint name='s' type='screw'><parent>a</parent><child>b</child></joint></gazebo>",
     );

@@ -281,7 +281,7 @@ async fn one_caller_leaves_others_room_for_requests_under_way() {
         begin("bench", number).unwrap();
     }
     let refused = begin("bench", MAX_UNDER_WAY).unwrap_err();
-    let expected = "under way, of one caller, would be 513, and the limit is 512";
+    let expected = "in progress, of one caller, would be 513, and the limit is 512";
     assert!(refused.to_string().contains(expected), "{refused}");
     let other = || IdentifiedRequest { scope: named("viewer"), ..asked("a") };
     assert_eq!(answers.give(other(), &count).await, "1");
@@ -290,7 +290,7 @@ async fn one_caller_leaves_others_room_for_requests_under_way() {
     }
     // This caller has none in progress.
     let refused = answers.once(other(), Ok(counted(&count))).await.unwrap_err().to_string();
-    assert!(refused.contains("under way, of all callers"), "{refused}");
+    assert!(refused.contains("in progress, of all callers"), "{refused}");
     assert!(refused.contains("would be 1025, and the limit is 1024"), "{refused}");
     assert_eq!(answers.number(), KEPT);
 }
