@@ -35,7 +35,7 @@ SIDES = ("pybullet", "simd")
 def module_of(root: Path, script: str) -> str | None:
     """The name of a script that is part of a package below a folder."""
     parts = list(Path(script).with_suffix("").parts)
-    # `envs-v2` is no name.
+    # `envs-v2` is not a name.
     inside = len(parts) > 1 and all(part.isidentifier() for part in parts)
     return ".".join(parts) if inside and (root / parts[0] / "__init__.py").exists() else None
 

@@ -222,7 +222,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let refused = |name: &str| UnixSocket::bind(&folder.path().join(name)).unwrap_err().to_string();
         let long = refused(&"x".repeat(120));
-        assert!(long.ends_with("and that of a socket at most 107; name a shorter one"), "{long}");
+        assert!(long.ends_with("and the path of a socket may have 107; name a shorter one"), "{long}");
         assert_eq!(refused("none/simd.sock"), "its folder is not there; make it, or name another path");
         std::fs::create_dir(folder.path().join("simd.sock")).unwrap();
         assert_eq!(

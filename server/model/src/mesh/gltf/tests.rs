@@ -88,7 +88,7 @@ fn what_is_broken_or_unknown_is_refused_in_a_sentence() {
             "it requires the extension",
         ),
         ("\"componentType\": 5126", "\"componentType\": 1", "accessor 0 is of the unknown type 1"),
-        ("\"asset\"", "asset", "its JSON is wrong"),
+        ("\"asset\"", "asset", "its JSON is not valid"),
     ] {
         let broken = fine.replacen(from, to, 1);
         assert_ne!(broken, fine, "{from}");
@@ -112,7 +112,7 @@ fn a_short_file_does_not_become_long_work() {
     let text =
         text.replace("\"meshes\": [", &format!("\"meshes\": [{{}}, {{\"primitives\": [{part}{{}}]}}, "));
     assert!(why(&text).contains("its meshes are used more than"));
-    assert!(why(&"[".repeat(100_000)).contains("its JSON is wrong"), "nothing recurses without end");
+    assert!(why(&"[".repeat(100_000)).contains("its JSON is not valid"), "nothing recurses without end");
 }
 
 #[test]
