@@ -121,10 +121,10 @@ def test_the_environment_names_the_certificates_as_for_simctl(
 
 def test_tls_is_not_taken_for_tcp_nor_tcp_for_tls(daemon: Daemon) -> None:
     plain = daemon.endpoint.replace("tls/", "tcp/")
-    assert f"speaks TLS: its endpoint is {daemon.endpoint}" in refusal(plain, Unavailable)
+    assert f"uses TLS: its endpoint is {daemon.endpoint}" in refusal(plain, Unavailable)
     with Daemon("--paused", name="plain") as other:
         said = refusal(other.endpoint.replace("tcp/", "tls/"), Unavailable)
-        assert f"does not speak TLS: without it the endpoint is {other.endpoint}" in said
+        assert f"does not use TLS: without TLS the endpoint is {other.endpoint}" in said
 
 
 def test_a_script_says_its_certificates_as_words_of_the_runner(daemon: Daemon, files: Path, tmp_path: Path) -> None:

@@ -166,7 +166,7 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
       )}
       {disabledReason !== "" && (
         <p class="disabled" role="status">
-          <Icon name="warning" /> Out of the simulation: {disabledReason}
+          <Icon name="warning" /> Disabled: {disabledReason}
         </p>
       )}
     </header>

@@ -37,7 +37,7 @@ test("what blocks a joint is named, and said before the effort that it takes", (
 
 test("what holds all of a robot is said before what holds one of its joints", () => {
   const all = { ...free, flags: 7, world: "paused", disabledReason: "its state was not finite" } as const;
-  expect(whatHolds(all)).toEqual({ word: "disabled", sentence: "Its robot is out of the simulation: its state was not finite. A reset brings it back" });
+  expect(whatHolds(all)).toEqual({ word: "disabled", sentence: "Its robot is disabled: its state was not finite. A reset brings it back" });
   expect(whatHolds({ ...all, disabledReason: "" })?.word).toBe("paused");
   expect(whatHolds({ ...all, disabledReason: "", world: "playing" })?.word).toBe("at limit");
 });

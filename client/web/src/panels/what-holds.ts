@@ -32,7 +32,7 @@ const CLOSE = { angle: 0.01, length: 0.002 } as const;
 
 /** Reasons from those of all joints to those of one; the first that applies is shown. */
 const HOLDS: readonly ((situation: Situation) => Hold | undefined)[] = [
-  ({ disabledReason }) => (disabledReason === "" ? undefined : { word: "disabled", sentence: `Its robot is out of the simulation: ${disabledReason}. A reset brings it back` }),
+  ({ disabledReason }) => (disabledReason === "" ? undefined : { word: "disabled", sentence: `Its robot is disabled: ${disabledReason}. A reset brings it back` }),
   (situation) => (situation.world !== "playing" && misses(situation) ? { word: situation.world, sentence: `The world is ${situation.world}: the joint goes to its target once it plays` } : undefined),
   ({ axis, flags }) => {
     if (!(flags & (AT_LOWER | AT_UPPER))) return undefined;
@@ -43,7 +43,7 @@ const HOLDS: readonly ((situation: Situation) => Hold | undefined)[] = [
   ({ blockedBy }) => (blockedBy === "" ? undefined : { word: `blocked by ${blockedBy}`, sentence: `${blockedBy} blocks it: it touches a link that this joint moves` }),
   ({ axis, flags }) => {
     if (!(flags & SATURATED)) return undefined;
-    const most = axis.effortLimit === undefined ? "" : `, ${Number(axis.effortLimit.toPrecision(4))} ${axis.kind === "angle" ? "N m" : "N"},`;
+    const most = axis.effortLimit === undefined ? "" : ` of ${Number(axis.effortLimit.toPrecision(4))} ${axis.kind === "angle" ? "N m" : "N"}`;
     return { word: "saturated", sentence: `Its actuator is at its maximum effort${most}: the load or an obstacle is stronger` };
   },
 ];
