@@ -38,7 +38,7 @@ const services = servicesOver(
     });
   }),
 );
-/** Where the daemon has the robot, along x. */
+/** Position of the robot in the daemon, along x. */
 let place = 0;
 
 vi.mock("../daemon/services", async (original) => ({ ...(await original<typeof import("../daemon/services")>()), services: () => services }));

@@ -189,7 +189,7 @@ mod tests {
         let clear =
             png(&picture([2, 2], BitDepth::Eight, GrayscaleAlpha, &[255, 0, 0, 9, 0, 0, 255, 1])).unwrap();
         assert_eq!(heights(&clear), [1.0, 0.0, 0.0, 1.0]);
-        // Two bits a sample, each row in a byte of its own.
+        // Two bits a sample, one byte a row.
         let narrow = png(&picture([2, 2], BitDepth::Two, Grayscale, &[0b0111_0000, 0b1000_0000])).unwrap();
         assert_eq!(heights(&narrow), [1.0 / 3.0, 1.0, 2.0 / 3.0, 0.0]);
         let palette = png(&picture([2, 2], BitDepth::Eight, Indexed, &[0, 1, 1, 0])).unwrap();
