@@ -7,6 +7,7 @@ mod cameras;
 mod client;
 mod constraints;
 mod contacts;
+mod deadlines;
 mod docs;
 mod doctor;
 mod draining;

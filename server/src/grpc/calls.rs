@@ -19,7 +19,7 @@ use tokio::time::{Instant, Sleep};
 use tonic::Status;
 
 use super::activity::{Activity, Call};
-use super::deadline;
+use super::deadline::{Deadline, StreamEnd};
 use crate::config::Connections;
 use simd_api::service::status::Explained;
 use simd_api::service::unread::{Flowing, Holding};
@@ -54,15 +54,13 @@ pub(super) async fn follow(
         true => Pace::Stream { silence: limits.stream_silence },
         false => Pace::Message { time: limits.body, bytes_per_second: limits.body_bytes_per_second },
     };
-    let request = request.map(|body| match body.is_end_stream() {
+    let mut request = request.map(|body| match body.is_end_stream() {
         true => body,
         false => Body::new(Arriving::new(body, pace, Arc::clone(&call))),
     });
-    let mut response = match deadline::of(&request) {
-        Some(time) => match tokio::time::timeout(time, next.run(request)).await {
-            Ok(response) => response,
-            Err(_elapsed) => deadline::exceeded(),
-        },
+    let deadline = request.extensions_mut().remove::<Deadline>();
+    let mut response = match deadline {
+        Some(deadline) => deadline.hold(next.run(request)).await,
         None => next.run(request).await,
     };
     let is_counted = response.extensions_mut().remove::<Holding>().is_some();
@@ -71,7 +69,8 @@ pub(super) async fn follow(
         Recount::Uncounted if is_counted => response,
         Recount::Uncounted | Recount::Always => count(&handle, &reader, response),
     };
-    response.map(|body| Body::new(Leaving { body, is_taken: true, call }))
+    let end = deadline.and_then(Deadline::of_stream);
+    response.map(|body| Body::new(Leaving { body, is_taken: true, call, end }))
 }
 
 /// Selection of the bodies of answers that are counted here.
@@ -239,6 +238,8 @@ struct Leaving {
     /// Whether the last frame was taken.
     is_taken: bool,
     call: Arc<Call>,
+    /// Deadline of the client, which ends a stream that has nothing to send.
+    end: Option<StreamEnd>,
 }
 
 impl http_body::Body for Leaving {
@@ -253,7 +254,14 @@ impl http_body::Body for Leaving {
             self.is_taken = true;
             self.call.resume();
         }
-        let frame = ready!(Pin::new(&mut self.body).poll_frame(context));
+        if self.end.as_ref().is_some_and(StreamEnd::is_over) {
+            return Poll::Ready(None);
+        }
+        let frame = match (Pin::new(&mut self.body).poll_frame(context), &mut self.end) {
+            (Poll::Ready(frame), _) => frame,
+            (Poll::Pending, Some(end)) => Some(Ok(ready!(end.poll(context)))),
+            (Poll::Pending, None) => return Poll::Pending,
+        };
         if matches!(frame, Some(Ok(_))) {
             self.is_taken = false;
             self.call.wait();

@@ -31,9 +31,8 @@ use futures_util::FutureExt as _;
 use tokio::net::UnixStream;
 use tokio_stream::StreamExt as _;
 use tokio_util::task::TaskTracker;
-use tonic::service::Routes;
+use tonic::service::{InterceptorLayer, Routes};
 use tonic::transport::Server;
-use tonic::transport::server::Router;
 use tonic_health::pb::health_server::HealthServer;
 
 use self::connections::Connections;
@@ -94,7 +93,7 @@ async fn serve_within(
                 match slot.cut.run_until_cancelled(first_request(&io, limits.begin)).await {
                     Some(FirstRequest::Health) => {
                         let wire = Wire::new(io, None);
-                        return serve_one(health, Ok(Connection::new(wire, slot, address))).await;
+                        return health.serve(Ok(Connection::new(wire, slot, address))).await;
                     }
                     Some(FirstRequest::Other) => {}
                     None | Some(FirstRequest::Nothing) => return,
@@ -102,7 +101,7 @@ async fn serve_within(
             }
             threads.serve(&served, async move {
                 let wire = io.moved_here().map(|io| Wire::new(io, tls.as_deref()));
-                serve_one(server, wire.map(|wire| Connection::new(wire, slot, address))).await;
+                server.serve(wire.map(|wire| Connection::new(wire, slot, address))).await;
             });
         });
     });
@@ -112,7 +111,7 @@ async fn serve_within(
             let server = server.clone();
             threads.serve(&serving, async move {
                 let wire = io.moved_here().map(Wire::of_socket);
-                serve_one(server, wire.map(|wire| Connection::new(wire, slot, address))).await;
+                server.serve(wire.map(|wire| Connection::new(wire, slot, address))).await;
             });
         };
         accept(socket.accepted(), connections, &draining, serve).await;
@@ -129,9 +128,9 @@ async fn serve_within(
     }
 }
 
-/// Returns the router for the calls of each connection, and the router for health checks at the door. The
+/// Returns the server for the calls of each connection, and the server for health checks at the door. The
 /// latter serves a connection's first request only, since the next may be any.
-fn servers(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> (Router, Router) {
+fn servers(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> (Served, Served) {
     let services = with_reflection(with_health(routes(handle, Transport::Grpc), handle));
     let routes = http::beside(services.into_axum_router(), handle, page);
     let closes = |mut response: axum::response::Response| async {
@@ -139,36 +138,48 @@ fn servers(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> (R
         response
     };
     let first = routes.clone().layer(middleware::map_response(closes));
-    (tonic_server(routes, handle, limits), tonic_server(first, handle, limits))
+    (Served::new(routes, handle, limits), Served::new(first, handle, limits))
 }
 
-fn tonic_server(routes: axum::Router, handle: &SimHandle, limits: DaemonLimits) -> Router {
-    let routes = routes.layer(middleware::from_fn_with_state((limits, handle.clone()), calls::follow));
-    // Without a timeout, which would cut streams. Windows keep their defaults, since small ones make h2 drop
-    // connections that carry small states.
-    Server::builder()
-        .http2_keepalive_interval(Some(KEEPALIVE_INTERVAL))
-        .http2_keepalive_timeout(Some(KEEPALIVE_TIMEOUT))
-        .max_concurrent_streams(Some(limits.open_calls))
-        .concurrency_limit_per_connection(limits.calls)
-        .load_shed(true)
-        .accept_http1(true)
-        .add_routes(routes.into())
+/// Routes of a connection, and its limits.
+#[derive(Clone)]
+struct Served {
+    routes: Routes,
+    limits: DaemonLimits,
 }
 
-/// Serves one connection until it ends. tonic ends connections (in HTTP/2 by GOAWAY) all at once, with its
-/// server: so each has a separate server.
-async fn serve_one(server: Router, connection: io::Result<Connection<Wire>>) {
-    let connection = match connection {
-        Ok(connection) => connection,
-        Err(error) => return tracing::error!("a connection cannot be served: {error}"),
-    };
-    let (end, ended) = (connection.end(), connection.ended());
-    let one = tokio_stream::once(Ok::<_, Infallible>(connection));
-    // The server ends its connections once no more will follow.
-    let no_more = ended.cancelled_owned().into_stream().filter_map(|()| None);
-    if let Err(error) = server.serve_with_incoming_shutdown(one.chain(no_more), end.cancelled()).await {
-        tracing::error!("a connection cannot be served: {error}");
+impl Served {
+    fn new(routes: axum::Router, handle: &SimHandle, limits: DaemonLimits) -> Self {
+        let followed = middleware::from_fn_with_state((limits, handle.clone()), calls::follow);
+        Self { routes: routes.layer(followed).into(), limits }
+    }
+
+    /// Serves one connection until it ends. tonic ends connections (in HTTP/2 by GOAWAY) all at once, with
+    /// its server: so each has a separate server.
+    async fn serve(self, connection: io::Result<Connection<Wire>>) {
+        let connection = match connection {
+            Ok(connection) => connection,
+            Err(error) => return tracing::error!("a connection cannot be served: {error}"),
+        };
+        let (end, ended) = (connection.end(), connection.ended());
+        let one = tokio_stream::once(Ok::<_, Infallible>(connection));
+        // The server ends its connections once no more will follow.
+        let no_more = ended.cancelled_owned().into_stream().filter_map(|()| None);
+        let incoming = one.chain(no_more);
+        // Without a timeout, which would cut streams. Windows keep their defaults, since small ones make h2
+        // drop connections that carry small states.
+        let server = Server::builder()
+            .http2_keepalive_interval(Some(KEEPALIVE_INTERVAL))
+            .http2_keepalive_timeout(Some(KEEPALIVE_TIMEOUT))
+            .max_concurrent_streams(Some(self.limits.open_calls))
+            .concurrency_limit_per_connection(self.limits.calls)
+            .load_shed(true)
+            .accept_http1(true)
+            .layer(InterceptorLayer::new(deadline::note))
+            .add_routes(self.routes);
+        if let Err(error) = server.serve_with_incoming_shutdown(incoming, end.cancelled()).await {
+            tracing::error!("a connection cannot be served: {error}");
+        }
     }
 }
 
