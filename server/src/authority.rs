@@ -10,10 +10,13 @@ use rcgen::{
     BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
     KeyUsagePurpose,
 };
+use simd_assets::{Replacement, files};
 use time::{Duration, OffsetDateTime};
 
 use crate::subcommand;
 
+/// Maximum size of a file of an authority, bytes.
+const MOST_BYTES: u64 = 1 << 20;
 /// Validity of the authority.
 const AUTHORITY: Duration = Duration::days(3_650);
 /// Validity of certificates of the daemon and of clients.
@@ -142,7 +145,7 @@ fn are_free(paths: [&Path; 2]) -> Result<(), String> {
 
 /// Returns the authority in a folder, if any.
 fn known(folder: &Path) -> Result<Option<Issuer<'static, KeyPair>>, String> {
-    let read = |name: &str| match fs::read_to_string(folder.join(name)) {
+    let read = |name: &str| match files::read_text(&folder.join(name), MOST_BYTES) {
         Ok(text) => Ok(Some(text)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(error) => Err(format!("cannot read {}: {error}", folder.join(name).display())),
@@ -191,14 +194,17 @@ fn params(name: &str, lifetime: Duration, names: Vec<String>) -> Result<Certific
     Ok(params)
 }
 
-/// Writes a file, which other users cannot read if it is secret.
+/// Writes a new file, which other users cannot read if it is secret.
 fn write(path: &Path, text: &str, is_secret: bool) -> Result<(), String> {
-    let mut options = fs::OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, if is_secret { 0o600 } else { 0o644 });
-    let written = options.open(path).and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|error| format!("cannot write {}: {error}", path.display()))
+    let written = || {
+        let mut file = Replacement::begin_new(path)?;
+        if is_secret {
+            file.make_private()?;
+        }
+        file.write_all(text.as_bytes())?;
+        file.finish()
+    };
+    written().map_err(|error: std::io::Error| format!("cannot write {}: {error}", path.display()))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::io::{BufReader, BufWriter, Write};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use simd_assets::files;
 
 use crate::subcommand;
 use simd_world::recording::{self, Changes, Comparison, Replayed, Variation};
@@ -66,7 +67,7 @@ fn replay_all(replay: &Replay) -> Result<(String, u8), String> {
         return Err("simd: --csv takes one recording".to_owned());
     }
     for file in &replay.files {
-        let open = || File::open(file).map(BufReader::new);
+        let open = || files::open(file).map(BufReader::new);
         let variation = variation(replay).map_err(|why| format!("simd: {why}"))?;
         let replayed = runtime.block_on(recording::replay_beside(open, replay.from, variation));
         let replayed = replayed.map_err(|why| format!("simd: {}: {why}", file.display()))?;

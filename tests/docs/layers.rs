@@ -47,7 +47,7 @@ const WORLD: Layers = Layers {
         &["fair_permits", "unread_answers"],
         &["call_error"],
         &["access"],
-        &["account", "blocking_threads", "files", "histogram", "info", "process", "run_state"],
+        &["account", "blocking_threads", "histogram", "info", "process", "run_state"],
     ],
 };
 
@@ -210,7 +210,7 @@ fn code(text: &str) -> impl Iterator<Item = &str> {
     code.lines().filter(|line| !line.trim_start().starts_with("//"))
 }
 
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+pub(crate) fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {

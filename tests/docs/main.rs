@@ -1,7 +1,8 @@
-//! Documents name things that exist and are plain English, modules import downwards, and words are those of
-//! the glossary.
+//! Documents name things that exist and are plain English, modules import downwards, files are opened in one
+//! place, and words are those of the glossary.
 #![cfg(test)]
 
+mod files;
 mod layers;
 mod prose;
 mod words;

@@ -7,10 +7,12 @@
 //! * [`Locator`]: finds the file of a URI.
 //! * [`find_urdf`]: finds the URDF of a robot's path.
 //! * [`inside`]: follows a path in a folder through symbolic links.
+//! * [`files`]: opens regular files alone, and puts unusable ones aside.
 //! * [`Replacement`], [`replace_file`]: files that are either complete or absent, even if the program is
 //!   killed.
 
 mod boundary;
+pub mod files;
 mod locator;
 mod not_found;
 mod package;

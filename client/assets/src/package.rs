@@ -1,10 +1,9 @@
 //! Recognises the folders of packages by name, `package.xml` and contents.
 
-use std::{
-    fs::File,
-    io::Read,
-    path::{Path, PathBuf},
-};
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use crate::files;
 
 /// Maximum number of folders above the URDF that are searched.
 const MAX_ANCESTORS: usize = 8;
@@ -63,7 +62,7 @@ pub(crate) fn manifest_name(folder: &Path) -> Option<String> {
         return None;
     }
     let mut bytes = Vec::new();
-    File::open(path).ok()?.take(64 * 1024).read_to_end(&mut bytes).ok()?;
+    files::open(&path).ok()?.take(64 * 1024).read_to_end(&mut bytes).ok()?;
     let text = String::from_utf8_lossy(&bytes);
     let (_, after) = text.split_once("<name>")?;
     let (name, _) = after.split_once("</name>")?;

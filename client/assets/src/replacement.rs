@@ -79,6 +79,20 @@ impl Replacement {
         }
     }
 
+    /// Takes the permissions of other users before anything is written.
+    ///
+    /// # Errors
+    /// Returns an error if the system refuses.
+    #[cfg_attr(not(unix), allow(clippy::unnecessary_wraps, reason = "only Unix has modes"))]
+    pub fn make_private(&self) -> io::Result<()> {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            self.file.set_permissions(fs::Permissions::from_mode(0o600))?;
+        }
+        Ok(())
+    }
+
     fn beside(path: &Path, beside: impl FnOnce(&Path) -> PathBuf) -> io::Result<Self> {
         let before = match fs::metadata(path) {
             Ok(before) => Some(before),

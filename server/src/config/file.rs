@@ -6,12 +6,16 @@ use std::path::{Path, PathBuf};
 use glamx::{DPose3, DQuat, DVec3, EulerRot};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use simd_assets::files;
 use toml::de::{DeTable, DeValue};
 
 use super::draft::{Draft, Origin};
 use super::key::Value;
 use super::keys::{self, KEYS, TABLES};
 use super::{ConfigError, Robot};
+
+/// Maximum size of the file, bytes.
+const MOST_BYTES: u64 = 16 << 20;
 
 /// The part of a file that is not in the table of keys.
 #[derive(Debug, Deserialize)]
@@ -67,7 +71,8 @@ pub(super) fn names(table: &str) -> Vec<&'static str> {
 /// Reads a file and applies it to the draft. Relative paths begin at its folder.
 pub(super) fn apply(draft: &mut Draft, path: &Path) -> Result<(), ConfigError> {
     let mistake = |sentence: String| ConfigError::File(format!("{}: {sentence}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| mistake(format!("cannot be read: {error}")))?;
+    let text =
+        files::read_text(path, MOST_BYTES).map_err(|error| mistake(format!("cannot be read: {error}")))?;
     let table = DeTable::parse(&text).map_err(|error| mistake(sentence(&text, &error)))?;
     let mut said = BTreeMap::new();
     read_table("", table.get_ref(), &text, &mut said).map_err(mistake)?;
@@ -141,8 +146,13 @@ fn line_of(text: &str, at: usize) -> usize {
 /// Returns the line, the key, and the mistake.
 fn sentence(text: &str, error: &toml::de::Error) -> String {
     let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-    // Serde names Rust's types, which mean nothing to an operator.
-    let message = message.replace("expected f64", "expected a number");
+    // Serde has words for programmers.
+    let message = match message.strip_prefix("missing field ") {
+        Some(field) => format!("the table [[robots]] lacks the key {field}"),
+        None => {
+            message.replace("expected f64", "expected a number").replace("unknown field", "there is no key")
+        }
+    };
     let Some(span) = error.span() else { return message };
     let number = line_of(text, span.start);
     let line = text.lines().nth(number - 1).unwrap_or_default();

@@ -5,10 +5,9 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use simd_assets::Replacement;
+use simd_assets::{Replacement, files};
 
 use crate::config::Autosave;
-use simd_world::files;
 use simd_world::handle::{CallError, SimHandle};
 
 /// Name of the state in its file. The world has no saved state with it: clients' names and limits are theirs.
@@ -124,6 +123,10 @@ static WRITING: Mutex<()> = Mutex::new(());
 /// is killed, one of the two is complete.
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    // A pipe that was put there may have no reader.
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return Err(io::Error::other("it is no file, but a pipe, a device or a folder"));
+    }
     let mut file = Replacement::begin_alone(path)?;
     file.write_all(bytes)?;
     file.finish()

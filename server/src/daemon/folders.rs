@@ -34,13 +34,18 @@ pub(super) fn make(config: &Config) -> Result<(), Error> {
         .map_err(|source| refused("autosave.file", folder, source))
 }
 
-/// A file that may be written, also where its folder takes no other one.
+/// Checks that a file may be written, also if its folder takes no other one. A pipe is refused: opening it
+/// would wait for its reader.
 fn takes(file: &Path) -> Result<(), Error> {
     let folder = folder_of(file);
-    let written = match OpenOptions::new().write(true).open(file) {
+    let written = match fs::metadata(file) {
         Err(error) if error.kind() == ErrorKind::NotFound => takes_files(folder),
         Err(error) => Err(error),
-        Ok(_) => Ok(()),
+        Ok(metadata) if !metadata.is_file() => {
+            let source = io::Error::other("it is no file, but a pipe, a device or a folder");
+            return Err(refused("autosave.file", file, source));
+        }
+        Ok(_) => OpenOptions::new().write(true).open(file).map(drop),
     };
     written.map_err(|source| refused("autosave.file", folder, source))
 }
@@ -87,6 +92,19 @@ mod tests {
         judge(&with_autosave(file.clone(), false)).unwrap();
         assert_eq!(fs::read_to_string(file).unwrap(), "text", "a look changes no file");
         assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1, "and leaves none");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_autosave_that_is_no_file_is_refused_at_once() {
+        let home = tempfile::tempdir().unwrap();
+        let pipe = home.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        for path in [pipe, home.path().to_owned()] {
+            let sentence = judge(&with_autosave(path.clone(), false)).unwrap_err().to_string();
+            let said = format!("autosave.file: {}: it is no file", path.display());
+            assert!(sentence.starts_with(&said), "{sentence}");
+        }
     }
 
     #[test]

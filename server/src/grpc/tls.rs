@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 
 use arc_swap::ArcSwap;
+use simd_assets::files;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpStream, UnixStream};
 use tokio_rustls::rustls::crypto::ring;
@@ -19,6 +20,9 @@ use tokio_rustls::{Accept, TlsAcceptor};
 
 use super::socket_names::SocketNames;
 use crate::config::TlsFiles;
+
+/// Maximum size of a file with certificates or a key, bytes.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Certificate of the served connections.
 #[derive(Debug)]
@@ -54,8 +58,10 @@ impl Tls {
 fn config(files: &TlsFiles) -> Result<ServerConfig, String> {
     let TlsFiles { certificate, key, client_authorities } = files;
     let chain = certificates(certificate)?;
-    let private = PrivateKeyDer::from_pem_file(key)
-        .map_err(|error| format!("the private key {} cannot be read: {error}", key.display()))?;
+    let unreadable =
+        |error: &dyn std::fmt::Display| format!("the private key {} cannot be read: {error}", key.display());
+    let private = PrivateKeyDer::from_pem_slice(&read(key).map_err(|error| unreadable(&error))?)
+        .map_err(|error| unreadable(&error))?;
     let provider = Arc::new(ring::default_provider());
     let builder = ServerConfig::builder_with_provider(Arc::clone(&provider))
         .with_safe_default_protocol_versions()
@@ -82,11 +88,15 @@ fn config(files: &TlsFiles) -> Result<ServerConfig, String> {
     Ok(config)
 }
 
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    files::read(files::open(path)?, MOST_BYTES)
+}
+
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, String> {
     let unreadable =
         |error: &dyn std::fmt::Display| format!("the certificate {} cannot be read: {error}", path.display());
-    let chain: Result<Vec<_>, _> =
-        CertificateDer::pem_file_iter(path).map_err(|error| unreadable(&error))?.collect();
+    let bytes = read(path).map_err(|error| unreadable(&error))?;
+    let chain: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&bytes).collect();
     match chain {
         Ok(chain) if chain.is_empty() => Err(unreadable(&"it has no certificate in PEM")),
         Ok(chain) => Ok(chain),

@@ -10,7 +10,6 @@
 //! * [`call_error`]: errors of calls.
 //! * [`access`]: tokens and roles. [`account`]: the client that a call counts for.
 //! * [`blocking_threads`]: threads for work that blocks. [`process`]: memory and files of this process.
-//! * [`files`]: safe opening of files.
 //! * [`histogram`], [`info`], [`run_state`]: shared types.
 
 pub mod access;
@@ -19,7 +18,6 @@ pub mod blocking_threads;
 pub mod call_error;
 pub mod driver;
 pub mod fair_permits;
-pub mod files;
 pub mod handle;
 pub mod histogram;
 pub mod info;

@@ -1,7 +1,7 @@
 //! Recordings of the world: entries of the driver, which a separate thread writes into MCAP files, and their
 //! replay.
 //!
-//! * Here: the running recording, and the recordings on the disk.
+//! * Here: the running recording. `folder`: the recordings on the disk.
 //! * `names`: names of recordings and of their files.
 //! * `writer`: the thread. `file`: one file. `commands`: commands to and from bytes.
 //! * `ros`: data for other tools. `readings`: readings of sensors; [`sensor_message`]: their ROS 2 messages.
@@ -11,6 +11,7 @@
 pub mod camera_message;
 mod commands;
 mod file;
+mod folder;
 pub(crate) mod images;
 mod names;
 mod reading;
@@ -38,7 +39,6 @@ use crate::call_error::CallError;
 use crate::driver::{
     EventLog, LoggedEvent, LoggedReading, Published, PublishedStateCell, RecorderQueue, SensorLog,
 };
-use crate::files;
 use crate::loading::Loader;
 
 /// Maximum bytes that wait for the disk.
@@ -238,7 +238,8 @@ impl Recordings {
         running: Running,
     ) -> Result<(), CallError> {
         let made = if self.settings.is_made { fs::create_dir_all(&directory) } else { Ok(()) };
-        let there = made.and_then(|()| list(&directory)).map_err(|error| unusable(&directory, &error))?;
+        let there =
+            made.and_then(|()| folder::list(&directory)).map_err(|error| unusable(&directory, &error))?;
         if there.iter().any(|other| *other.name == *running.name) {
             return Err(CallError::RecordingExists { name: running.name.to_string() });
         }
@@ -275,137 +276,6 @@ impl Recordings {
             .map(drop)
             .map_err(|error| CallError::Internal { message: format!("there is no thread: {error}") })
     }
-
-    /// Returns all recordings, by name.
-    ///
-    /// # Errors
-    /// Returns an error if no folder is configured, or it cannot be read.
-    pub(crate) fn list(&self) -> Result<Vec<RecordingInfo>, CallError> {
-        let directory = self.directory()?;
-        let mut all = match list(directory) {
-            // The first recording makes it.
-            Err(error) if self.settings.is_made && error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
-            listed => listed.map_err(|error| unusable(directory, &error))?,
-        };
-        if let Some(running) = self.running() {
-            let is_it = |info: &&mut RecordingInfo| *info.name == *running.name;
-            if let Some(info) = all.iter_mut().find(is_it) {
-                info.state = RecordingState::Recording;
-            }
-        }
-        Ok(all)
-    }
-
-    /// Finds a recording by its name.
-    ///
-    /// # Errors
-    /// Returns an error if the recording does not exist.
-    pub(crate) fn find(&self, name: &str) -> Result<RecordingInfo, CallError> {
-        let mut all = self.list()?;
-        match all.iter().position(|info| info.name == name) {
-            Some(index) => Ok(all.swap_remove(index)),
-            None => {
-                let known = all.into_iter().map(|info| info.name).collect();
-                Err(CallError::RecordingNotFound { name: name.to_owned(), known })
-            }
-        }
-    }
-
-    /// Returns the contents of a recording's complete files.
-    ///
-    /// # Errors
-    /// Returns an error if the recording does not exist, or cannot be read.
-    pub(crate) fn contents(
-        &self,
-        info: &RecordingInfo,
-        is_cancelled: &dyn Fn() -> bool,
-    ) -> Result<RecordingContents, CallError> {
-        let directory = self.directory()?;
-        let names = info.files.iter().map(|(name, _)| name.as_str());
-        reading::contents(directory, names, is_cancelled).map_err(|error| unusable(directory, &error))
-    }
-
-    /// Returns a part of a recording's file, and the size of that file.
-    ///
-    /// # Errors
-    /// Returns an error if the recording or the file does not exist, or cannot be read.
-    pub(crate) fn read(
-        &self,
-        name: &str,
-        file: &str,
-        offset: u64,
-        most: usize,
-    ) -> Result<(Vec<u8>, u64), CallError> {
-        use std::io::{Read as _, Seek as _, SeekFrom};
-        let info = self.find(name)?;
-        let directory = self.directory()?;
-        // The name comes from the list of files, and not from the request.
-        let found = match (file, &info.files[..]) {
-            ("", [(only, _)]) => Some(only),
-            _ => info.files.iter().map(|(there, _)| there).find(|there| *there == file),
-        };
-        let Some(found) = found else {
-            let known: Vec<&str> = info.files.iter().map(|(there, _)| there.as_str()).collect();
-            return Err(CallError::InvalidValue {
-                element: "file".into(),
-                value: format!("{file:?}"),
-                expected: format!("it must be one of {}", known.join(", ")),
-            });
-        };
-        let read = || {
-            let mut file = files::open_in(directory, found)?;
-            let total = file.metadata()?.len();
-            let offset = offset.min(total);
-            file.seek(SeekFrom::Start(offset))?;
-            let mut data = Vec::new();
-            file.take(most as u64).read_to_end(&mut data)?;
-            Ok((data, total))
-        };
-        read().map_err(|error| unusable(directory, &error))
-    }
-
-    /// Deletes the files of a recording.
-    ///
-    /// # Errors
-    /// Returns an error if the recording does not exist, runs, or a file cannot be deleted.
-    pub(crate) fn delete(&self, name: &str) -> Result<(), CallError> {
-        let info = self.find(name)?;
-        if info.state == RecordingState::Recording {
-            return Err(impossible(format!("recording {name:?} is being made; stop it first")));
-        }
-        let directory = self.directory()?;
-        let delete = |(file, _): &(String, u64)| fs::remove_file(directory.join(file));
-        info.files.iter().try_for_each(delete).map_err(|error| unusable(directory, &error))
-    }
-}
-
-/// Returns the recordings in a folder.
-fn list(directory: &Path) -> std::io::Result<Vec<RecordingInfo>> {
-    let mut all: Vec<RecordingInfo> = Vec::new();
-    for (name, file) in names::files(directory)? {
-        let metadata = match fs::symlink_metadata(directory.join(&file)) {
-            // A link or a pipe is not a recording.
-            Ok(metadata) if !metadata.is_file() => continue,
-            Ok(metadata) => metadata,
-            // A ring that is running deletes its oldest files.
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(error),
-        };
-        let state = match reading::is_complete(directory, &file) {
-            true => RecordingState::Complete,
-            false => RecordingState::Unfinished,
-        };
-        let (bytes, modified) = (metadata.len(), metadata.modified().ok());
-        match all.last_mut().filter(|last| last.name == name) {
-            // Files are in order.
-            Some(last) => {
-                last.files.push((file, bytes));
-                (last.state, last.modified) = (state, modified);
-            }
-            None => all.push(RecordingInfo { name, state, files: vec![(file, bytes)], modified }),
-        }
-    }
-    Ok(all)
 }
 
 fn impossible(message: impl Into<String>) -> CallError {

@@ -1,8 +1,9 @@
 //! Includes and YAML files, found by the locator and within limits.
 
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+
+use simd_assets::files;
 
 use super::{Body, Expansion, path};
 use crate::error::{Error, Fault, not_supported, shown};
@@ -163,15 +164,12 @@ fn normal(path: &Path) -> PathBuf {
 }
 
 pub(super) fn read(path: &Path, most: u64) -> Result<String, Fault> {
-    let unreadable = |error: std::io::Error| format!("cannot read {}: {error}", path.display());
-    let mut text = Vec::new();
-    std::fs::File::open(path)
-        .map_err(unreadable)?
-        .take(most + 1)
-        .read_to_end(&mut text)
-        .map_err(unreadable)?;
-    if text.len() as u64 > most {
-        return Err(format!("{} has more than {most} bytes", path.display()));
-    }
+    let text = match files::open(path).and_then(|file| files::read(file, most)) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::FileTooLarge => {
+            return Err(format!("{} has more than {most} bytes", path.display()));
+        }
+        Err(error) => return Err(format!("cannot read {}: {error}", path.display())),
+    };
     String::from_utf8(text).map_err(|_| format!("{} is not UTF-8; save it as UTF-8", path.display()))
 }

@@ -7,18 +7,19 @@
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
+use simd_assets::files;
 
 use super::super::TlsFiles;
 use super::{Zenoh, is_loopback};
 
+/// Maximum size of the operator's file, bytes.
+const MOST_BYTES: u64 = 1 << 20;
 /// Maximum message size, bytes: larger ones are refused before they are read, so that an untrusted client
 /// cannot fill the memory.
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
 /// Time without a sign of life after which a session counts as gone: its queries and its token end.
 const LEASE_MS: u64 = 5_000;
-/// Longest time for a client to open a session. `ACCEPT_PENDING` limits the clients that may be about to;
-/// further ones are closed at once. So silent connections keep others out at most for this time. Zenoh counts
-/// all clients together, so the time is short and the number large.
+/// Longest wait of a reply for a session that does not read; then the session is closed.
 const REPLY_WAIT_US: u64 = 500_000;
 /// Longest time for a client to open a session; further pending sessions above a number are closed at once.
 /// So silent connections keep others out at most for this time. Zenoh counts all clients together, so the
@@ -162,7 +163,7 @@ fn strings(value: &Value) -> Vec<String> {
 }
 
 fn read(path: &Path) -> Result<Value, String> {
-    let text = std::fs::read_to_string(path)
+    let text = files::read_text(path, MOST_BYTES)
         .map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
     let settings: Value = json5::from_str(&text)
         .map_err(|error| format!("{} is not JSON5: {}", path.display(), one_line(&error.to_string())))?;

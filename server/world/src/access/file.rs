@@ -7,11 +7,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use arc_swap::ArcSwap;
+use simd_assets::files;
 use simd_proto::access::{TokenEntry, parse_tokens};
 use tokio_util::sync::CancellationToken;
 
 use super::Grant;
-use crate::files;
 
 /// Maximum size of the file, bytes.
 const MAX_BYTES: u64 = 1 << 20;

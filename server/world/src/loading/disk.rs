@@ -6,12 +6,11 @@ use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use simd_assets::{Inside, Locator, NoUrdf, below, find_urdf, find_urdf_within, inside};
+use simd_assets::{Inside, Locator, NoUrdf, below, files, find_urdf, find_urdf_within, inside};
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets};
 
 use crate::call_error::CallError;
-use crate::files;
 
 /// Folders below which clients may name files.
 #[derive(Clone, Debug, Default)]

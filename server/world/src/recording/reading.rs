@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use simd_assets::files;
 use simd_mcap::{Item, ReadLimits, Reader};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
@@ -13,7 +14,6 @@ use super::RecordingContents;
 use super::commands::{invalid, message};
 use super::file::{FORMAT, METADATA, topic};
 use crate::call_error::CallError;
-use crate::files;
 use crate::loading::Files;
 
 /// Maximum bytes of all files of a recording at one time, robots' meshes and worlds.

@@ -1,4 +1,5 @@
-//! Opens files for the daemon: only regular ones, without waiting for pipes, and with a limit of bytes.
+//! Opens files: only regular ones, without waiting for pipes, and with a limit of bytes. The daemon opens all files
+//! here that others may have put there.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read as _};
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Maximum number of names for files that are put aside.
 const ASIDES: usize = 100;
 
-/// Opens a file that the operator named, also through a link.
+/// Opens a file that the operator named, or that was looked for below a root, also through a link.
 ///
 /// # Errors
 /// Returns an error if it cannot be opened, or is a pipe, a device or a folder.
@@ -41,6 +42,15 @@ pub fn read(file: File, limit: u64) -> io::Result<Vec<u8>> {
         true => Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("it has more than {limit} bytes"))),
         false => Ok(bytes),
     }
+}
+
+/// Reads a text that the operator named.
+///
+/// # Errors
+/// As [`open`] and [`read`], and if it is not UTF-8.
+pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
+    let bytes = read(open(path)?, limit)?;
+    String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8"))
 }
 
 /// Renames a file to `FILE.unusable`, with a number if that exists already. Returns the new name.
