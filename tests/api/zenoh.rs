@@ -205,6 +205,7 @@ async fn an_asker_that_stops_to_read_does_not_stop_others() {
     std::fs::write(&file, patient).unwrap();
     let daemon = Daemon::start_via(Via::Zenoh, |config| {
         config.limits.streams_of_client = 1024;
+        config.limits.zenoh_unnamed_stream_time = config.limits.zenoh_stream_time;
         config.driver.state = RunState::Playing;
         config.zenoh.file = Some(file);
     })
@@ -262,17 +263,20 @@ fn streams(daemon: &Daemon) -> usize {
     counts.iter().filter(|of| of.transport == Transport::Zenoh).map(|of| of.streams as usize).sum()
 }
 
+/// Returns the attachment of a query that names its session.
+fn named(asker: &zenoh::Session) -> String {
+    keys::attachment([(SESSION_HEADER, asker.zid().to_string().as_str())])
+}
+
 /// Asks for streams that last an hour, each with a reply or more.
-async fn ask_for_streams(asker: &zenoh::Session, count: usize) {
+async fn ask_for_streams(asker: &zenoh::Session, count: usize, attachment: Option<String>) {
     let request = WatchJointStatesRequest { rate: 100.0, ..Default::default() }.encode_to_vec();
-    let zid = asker.zid().to_string();
-    let named = keys::attachment([(SESSION_HEADER, zid.as_str())]);
     let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
     for number in 0..count {
         let answered = answered.clone();
         let query =
             asker.get("simd/simd/rpc/JointService/WatchJointStates?for=3600").payload(request.clone());
-        let query = query.consolidation(zenoh::query::ConsolidationMode::None).attachment(named.clone());
+        let query = query.consolidation(zenoh::query::ConsolidationMode::None).attachment(attachment.clone());
         let reply = move |_reply| {
             let _ = answered.send(number);
         };
@@ -293,7 +297,7 @@ async fn what_a_session_held_that_vanished_is_free() {
         let proxy = network::stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
         let asker = network::session("client", &proxy).await;
         // The maximum for one client.
-        ask_for_streams(&asker, 256).await;
+        ask_for_streams(&asker, 256, Some(named(&asker))).await;
         let freed = async {
             while streams(&daemon) > 0 {
                 // The connection is closed, as if the client was killed.
@@ -303,4 +307,52 @@ async fn what_a_session_held_that_vanished_is_free() {
         };
         soon("the end of its streams", freed).await;
     }
+}
+
+/// The daemon does not know whose queries these are.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_session_held_that_vanished_and_had_no_name_is_free() {
+    let daemon = Daemon::start_via(Via::Zenoh, |config| {
+        config.driver.state = RunState::Playing;
+        config.limits.zenoh_unnamed_stream_time = Duration::from_secs(2);
+    })
+    .await;
+    load_arm(&daemon.client, "arm").await;
+    let stop = Arc::new(Notify::new());
+    let proxy = network::stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
+    let asker = network::session("client", &proxy).await;
+    // The name of a session that does not exist is no name.
+    ask_for_streams(&asker, 1, None).await;
+    ask_for_streams(&asker, 1, Some(keys::attachment([(SESSION_HEADER, "abc")]))).await;
+    stop.notify_one();
+    let freed = async {
+        while streams(&daemon) > 0 {
+            tokio::task::yield_now().await;
+        }
+    };
+    soon("the end of its streams", freed).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_stream_whose_query_does_not_name_its_session_says_why_it_ends_early() {
+    let daemon = Daemon::start_via(Via::Zenoh, |config| {
+        config.limits.zenoh_unnamed_stream_time = Duration::from_millis(10);
+    })
+    .await;
+    let asker = network::session("client", &daemon.running.locators()[0]).await;
+    let ask = async |attachment: Option<String>, seconds: f64| {
+        let key = format!("simd/simd/rpc/EventService/WatchEvents?for={seconds}");
+        let query = asker.get(key).consolidation(zenoh::query::ConsolidationMode::None);
+        let replies = query.attachment(attachment).await.unwrap();
+        loop {
+            let reply = soon("the end of a stream", replies.recv_async()).await.unwrap();
+            if let Err(last) = reply.into_result() {
+                return String::from_utf8_lossy(&last.payload().to_bytes()).into_owned();
+            }
+        }
+    };
+    let said = ask(None, 5.0).await;
+    assert!(said.contains("0.01 s are over, the most") && said.contains("simd-session"), "{said}");
+    let said = ask(Some(named(&asker)), 0.02).await;
+    assert!(said.contains("0.02 s are over; ask again, or for longer"), "{said}");
 }

@@ -156,7 +156,7 @@ impl Calls {
 
     async fn answer(&self, query: Query, proven: Proven, _permits: Permits) {
         let ended = asker(&query).and_then(|zid| self.sessions.end_of(&zid));
-        let answered = self.answer_whole(&query, proven);
+        let answered = self.answer_whole(&query, proven, ended.is_some());
         let answered = match ended {
             Some(ended) => ended.run_until_cancelled(answered).await,
             None => Some(answered.await),
@@ -167,9 +167,16 @@ impl Calls {
     }
 
     /// Returns the last reply to a query, and the count that it holds until it is sent.
-    async fn answer_whole(&self, query: &Query, proven: Proven) -> (Option<Outcome>, Option<Holding>) {
+    async fn answer_whole(
+        &self,
+        query: &Query,
+        proven: Proven,
+        is_followed: bool,
+    ) -> (Option<Outcome>, Option<Holding>) {
         match self.call(query, proven).await {
-            Ok(answers) if answers.method.gives_many => (self.stream_to(query, answers).await, None),
+            Ok(answers) if answers.method.gives_many => {
+                (self.stream_to(query, answers, is_followed).await, None)
+            }
             Ok(Answers { method, mut messages, holding }) => {
                 let last = match messages.message().await {
                     Ok(Some(answer)) => Ok((method, answer)),
@@ -264,15 +271,22 @@ type Outcome = Result<(&'static Method, Bytes), Status>;
 
 impl Calls {
     /// Sends the answers of a stream, each as a reply. It returns the last reply, which reports the end: `OK`
-    /// if the daemon ended it in good order, `DEADLINE_EXCEEDED` if its time is over.
+    /// if the daemon ended it in good order, `DEADLINE_EXCEEDED` if its time is over. The daemon does not
+    /// notice the end of a session that is not followed: a stream of one has less time.
     async fn stream_to(
         &self,
         query: &Query,
         Answers { method, mut messages, holding }: Answers,
+        is_followed: bool,
     ) -> Option<Outcome> {
-        let length = match stream_length(query, self.handle.info().limits.zenoh_stream_time) {
+        let limits = &self.handle.info().limits;
+        let asked = match stream_length(query, limits.zenoh_stream_time) {
             Ok(length) => length,
             Err(status) => return Some(Err(status)),
+        };
+        let length = match is_followed {
+            true => asked,
+            false => asked.min(limits.zenoh_unnamed_stream_time),
         };
         // If each query is one credit, it ends with its answer.
         let is_credit = method.takes_many;
@@ -300,8 +314,15 @@ impl Calls {
                 Ok(Err(status)) => return Some(Err(with_reason(status))),
                 Err(_elapsed) => {
                     let seconds = length.as_secs_f64();
-                    let message =
-                        format!("{seconds} s are over; ask again, or for longer with ?{FOR}=SECONDS");
+                    let message = match length < asked {
+                        true => format!(
+                            "{seconds} s are over, the most for a query whose session the daemon does not know; name it \
+                             by a line {SESSION_HEADER} in the attachment, or ask again"
+                        ),
+                        false => {
+                            format!("{seconds} s are over; ask again, or for longer with ?{FOR}=SECONDS")
+                        }
+                    };
                     return Some(Err(Status::deadline_exceeded(message)));
                 }
             }

@@ -1,8 +1,8 @@
 //! Present sessions of clients, so that objects bound to one end with it.
 //!
 //! Zenoh reports the sessions that are connected to this one. A client behind a router shows its presence by
-//! a liveliness token. A query need not name its session; the streams of such a query only end with their
-//! time.
+//! a liveliness token. A query need not name its session; the streams of such a query end with their time,
+//! which is short.
 //!
 //! Bounded: [`SESSIONS`] of each kind are followed at one time; nothing can be bound to others.
 

@@ -85,6 +85,8 @@ pub struct DaemonLimits {
     pub zenoh_streams: usize,
     /// Maximum duration of one Zenoh stream.
     pub zenoh_stream_time: Duration,
+    /// Maximum duration of a Zenoh stream whose session is not known: its end is not noticed.
+    pub zenoh_unnamed_stream_time: Duration,
     /// Maximum calls per second of one client; 0 disables the limit.
     pub calls_per_second_of_client: u32,
     /// Maximum number of streams of one client.
@@ -144,6 +146,7 @@ impl Default for DaemonLimits {
             zenoh_queries: 1_024,
             zenoh_streams: 512,
             zenoh_stream_time: Duration::from_secs(3_600),
+            zenoh_unnamed_stream_time: Duration::from_secs(30),
             calls_per_second_of_client: 20_000,
             streams_of_client: 256,
             waiting_reads_of_client: 32,

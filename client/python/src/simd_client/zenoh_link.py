@@ -136,7 +136,7 @@ class ZenohLink(Link):
                 arrived(reply)
 
         handler = callback(filtered, ended)
-        # The daemon does not notice when the client of a stream ends.
+        # A stream ends with its time, or with the session that it names.
         lasts = f"for={timeout:g}" if is_stream else ""
         try:
             self._send(
@@ -146,6 +146,7 @@ class ZenohLink(Link):
                 lambda key, options: self.session.get(
                     zenoh.Selector(key, lasts) if lasts else key, handler, **options
                 ),
+                is_bound=is_stream,
             )
         except zenoh.ZError:
             raise self.unavailable() from None
@@ -185,21 +186,25 @@ class ZenohLink(Link):
         payload: bytes,
         timeout: float,
         send: Callable[[zenoh.KeyExpr, dict[str, Any]], Result],
+        *,
+        is_bound: bool = False,
     ) -> Result:
-        """Sends a query, with the proof of its claim if it has one."""
+        """Sends a query, with the proof of its claim if it has one. A query that `is_bound` names its session."""
         payload, secret = sealed(method.request, payload)
         key, options = self._request(method, payload, timeout)
-        if method is methods.ClaimJoints or method is methods.AddMarkers:
-            options["attachment"] = f"{self._attachment}\nsimd-session: {self._present()}"
+        attachment = self._attachment
+        if is_bound or method is methods.ClaimJoints or method is methods.AddMarkers:
+            attachment = f"{attachment}\nsimd-session: {self._present()}"
+            options["attachment"] = attachment
         if not secret:
             return send(key, options)
         return self._counter.prove(
-            secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{self._attachment}\n{proof}"})
+            secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{attachment}\n{proof}"})
         )
 
     def _present(self) -> str:
-        """Declares the liveliness token of this client, for claims and markers that end with it. Returns the
-        session's id."""
+        """Declares the liveliness token of this client, for streams, claims and markers that end with it.
+        Returns the session's id."""
         session = str(self.session.zid())
         with self._lock:
             if self._token is None:

@@ -114,8 +114,8 @@ impl ZenohChannel {
             Some((message, secret)) => (message.into(), Some(secret)),
             None => (asked.message, None),
         };
-        // A claim or a marker may be bound to the session.
-        let session = matches!(name, "ClaimJoints" | "AddMarkers")
+        // A claim or a marker may be bound to the session, and a stream ends with it.
+        let session = (method.gives_many || matches!(name, "ClaimJoints" | "AddMarkers"))
             .then(|| self.network.tokens.declare(&self.network.session, &self.name));
         let session = session.transpose().map_err(|error| Status::unavailable(super::first_words(&error)))?;
         let send = |proof: Option<String>| {

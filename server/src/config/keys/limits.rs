@@ -232,6 +232,11 @@ fn service() -> Vec<Key> {
         seconds("service.zenoh_stream_seconds", "duration of a stream over Zenoh", |draft| {
             &mut draft.config.limits.zenoh_stream_time
         }),
+        seconds(
+            "service.zenoh_unnamed_stream_seconds",
+            "duration of a stream over Zenoh whose query does not name its session",
+            |draft| &mut draft.config.limits.zenoh_unnamed_stream_time,
+        ),
         count(
             "service.waiting_commands",
             16..=65_536,
