@@ -262,7 +262,7 @@ pub async fn run(config: Config) -> Result<(), Error> {
     let manager = ServiceManager::of_this_process().map_err(Error::System)?;
     let name = config.name.clone();
     tracing::info!(version = env!("CARGO_PKG_VERSION"), name, "simd starts");
-    open_files::provide(config.connections.max);
+    open_files::provide(config.connections.max)?;
     let mut running = tokio::select! {
         running = start(config) => running?,
         // No client was served yet, so a drain is not needed.

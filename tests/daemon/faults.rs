@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use rustix::process::{Pid, Resource, Rlimit, prlimit};
+use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use simd_client::proto::SimulationState;
 use simd_client::proto::event::Kind;
-use simd_tests::process::{Process, soon};
+use simd_tests::process::{Home, Process, said, soon};
 use tokio::net::TcpStream;
 
 async fn demo() -> Process {
@@ -20,12 +20,9 @@ fn open_files(daemon: &Process) -> u64 {
 
 fn limit_open_files(daemon: &Process, current: u64) {
     let pid = Pid::from_raw(i32::try_from(daemon.pid().unwrap()).unwrap());
-    let maximum = prlimit(pid, Resource::Nofile, Rlimit { current: Some(current), maximum: None });
-    // Without the right to raise it, the maximum stays.
-    if maximum.is_err() {
-        let limit = Rlimit { current: Some(current), maximum: Some(current) };
-        prlimit(pid, Resource::Nofile, limit).unwrap();
-    }
+    // The daemon inherited this maximum.
+    let maximum = getrlimit(Resource::Nofile).maximum;
+    prlimit(pid, Resource::Nofile, Rlimit { current: Some(current), maximum }).unwrap();
 }
 
 /// Existing clients are served; new ones wait until others have gone.
@@ -56,6 +53,53 @@ async fn where_no_file_can_be_opened_those_who_are_there_are_served_and_others_l
     assert_eq!(another.robots().await.unwrap().len(), 1);
     daemon.signal("TERM").await;
     assert_eq!(daemon.ended().await.0.code(), Some(0));
+}
+
+/// Zenoh's own threads would need files for the first client.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_client_of_zenoh_that_comes_while_no_file_can_be_opened_does_no_harm() {
+    let mut daemon = demo().await;
+    let grpc = daemon.client().await;
+    let locator = daemon.locator.clone().unwrap();
+    let free = open_files(&daemon) + 1;
+    limit_open_files(&daemon, free);
+    // Its session may wait for long.
+    let comes = simd_client::Client::connect(&locator);
+    let _ = tokio::time::timeout(Duration::from_secs(2), comes).await;
+    assert_eq!(grpc.robots().await.unwrap().len(), 1);
+    limit_open_files(&daemon, free + 100);
+    let served = soon("a client of Zenoh", async {
+        loop {
+            if let Ok(client) = simd_client::Client::connect(&locator).await
+                && client.robots().await.is_ok()
+            {
+                return client;
+            }
+        }
+    })
+    .await;
+    assert_eq!(served.robots().await.unwrap().len(), 1);
+    daemon.signal("TERM").await;
+    let (status, log) = daemon.ended().await;
+    assert_eq!(status.code(), Some(0));
+    assert!(!log.contains("panicked"), "{log}");
+}
+
+#[tokio::test]
+async fn a_limit_of_open_files_that_is_too_low_for_a_start_is_named() {
+    let home = Home::new();
+    for limit in [10, 20, 40] {
+        let simd = simd_tests::process::binaries().join("simd");
+        let simd = format!("{} --zenoh tcp/127.0.0.1:0 --listen 127.0.0.1:0", simd.display());
+        let line = format!("ulimit -n {limit}; exec {simd}");
+        let mut command = home.command("sh");
+        command.args(["-c", &line]);
+        let said = said("a start without files", command).await;
+        assert_eq!(said.code, 1, "{said:?}");
+        let sentence = format!("simd: the system's limit of open files is {limit}, and the daemon needs ");
+        assert!(said.err.contains(&sentence), "{said:?}");
+        assert!(!said.err.contains("panicked"), "{said:?}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -48,6 +48,17 @@ pub enum Error {
         /// Reason.
         source: CallError,
     },
+    /// The process may open too few files.
+    #[error(
+        "the system's limit of open files is {limit}, and the daemon needs {least} without a connection: raise it (ulimit -n, \
+         LimitNOFILE)"
+    )]
+    OpenFiles {
+        /// The limit.
+        limit: u64,
+        /// The lowest limit of a start.
+        least: u64,
+    },
     /// The system refuses threads or signals.
     #[error("cannot start: {0}")]
     System(std::io::Error),
@@ -67,7 +78,12 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             // The asset root existed when the configuration was read.
-            Self::AssetRoot { .. } | Self::System(_) | Self::Driver(_) | Self::Server(_) | Self::CutOff => 1,
+            Self::AssetRoot { .. }
+            | Self::OpenFiles { .. }
+            | Self::System(_)
+            | Self::Driver(_)
+            | Self::Server(_)
+            | Self::CutOff => 1,
             Self::Listen { .. } => 4,
             Self::Robot { .. } => 5,
             Self::Security(_) | Self::Folder { .. } => 3,

@@ -29,6 +29,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use zenoh::Session;
 use zenoh::query::Queryable;
+use zenoh_runtime::ZRuntime;
 
 use self::presence::Presence;
 pub use self::senders::Replies;
@@ -130,10 +131,18 @@ pub struct Serving {
 /// # Errors
 /// Returns an error if the session cannot listen on a locator, or the name is taken.
 pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error> {
+    start_threads();
     let session = zenoh::open(settings.settings().map_err(Error::Settings)?).await.map_err(|error| {
         // The first error of a chain that ends in a file and line.
         let reason = error.to_string();
         let reason = reason.split(" at /").next().unwrap_or(&reason).to_owned();
+        // It lists the routers as a program would.
+        let reason = match reason.rsplit_once("]. ") {
+            Some((before, last)) if before.starts_with("Unable to connect to any of [") => {
+                last.trim_end_matches('!').to_owned()
+            }
+            _ => reason,
+        };
         match settings.listens_on() {
             locators if locators.is_empty() => Error::Join { routers: settings.connect.join(", "), reason },
             locators => Error::Listen { locators: locators.join(", "), reason },
@@ -148,6 +157,15 @@ pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error>
     let mut locators: Vec<String> = session.info().locators().await.iter().map(ToString::to_string).collect();
     locators.sort();
     Ok(Opened { session, name: name.to_owned(), locators, state_rate: settings.state_rate })
+}
+
+/// Starts all threads of Zenoh. It would start some with the first session of a client, and panic there if
+/// no file could be opened.
+fn start_threads() {
+    let all = [ZRuntime::Application, ZRuntime::Acceptor, ZRuntime::TX, ZRuntime::RX, ZRuntime::Net];
+    for threads in all {
+        let _started: &tokio::runtime::Handle = &threads;
+    }
 }
 
 impl Opened {
