@@ -9,7 +9,7 @@ use std::{
 use simd_client::{Error, printable_lines, proto::ErrorReason};
 
 use crate::output::has_colour;
-use crate::typed;
+use crate::{mistakes, typed};
 
 /// Exit code of a local failure.
 const OWN: u8 = 1;
@@ -50,7 +50,7 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
 
 /// Sentence of an error, with the fields of a request as they were typed.
 fn sentence(error: &anyhow::Error) -> String {
-    let sentence = format!("{error:#}");
+    let sentence = mistakes::plain(&format!("{error:#}"));
     match error.downcast_ref::<Error>() {
         Some(Error::Refused(refusal)) => {
             typed::renamed(&sentence, refusal.fields.iter().map(|(field, _)| field.clone()))
@@ -102,7 +102,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
             let is_cut = reason.contains("frame with invalid size") || reason.contains("broken pipe");
             let is_tls = is_cut && !endpoint.contains("https://");
             let hint = if is_tls { "; perhaps it speaks TLS: https://HOST:PORT" } else { "" };
-            return Some(format!("network error: {reason}{hint}"));
+            return Some(format!("network error: {}{hint}", mistakes::plain(reason)));
         }
         Error::Untrusted { sentence, .. } if sentence.contains("SIMD_TLS_CLIENT_CERT") => {
             return Some("--tls-client-cert and --tls-client-key name them too".to_owned());
@@ -115,7 +115,14 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
     };
     let about = |key: &str| refusal.metadata.get(key).map(|value| quoted(value));
     match refusal.reason {
-        ErrorReason::RobotNotFound => Some("`simctl robot list` lists the robots".to_owned()),
+        ErrorReason::RobotNotFound => Some(match refusal.metadata.get("robot").and_then(|it| it.split_once('/')) {
+            Some((robot, part)) => format!(
+                "here a joint or a link is a separate word, as in `{} {}`; `simctl robot list` lists the robots",
+                quoted(robot),
+                quoted(part)
+            ),
+            None => "`simctl robot list` lists the robots".to_owned(),
+        }),
         ErrorReason::JointNotFound => {
             let robot = about("robot").unwrap_or_else(|| "ROBOT".to_owned());
             Some(format!("`simctl joint list {robot}` shows its joints"))
@@ -153,6 +160,13 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::Unauthenticated => {
             Some("set SIMD_TOKEN, or `token` of the context in the configuration file".to_owned())
         }
+        ErrorReason::ClaimNotFound => Some(
+            "`simctl claim take` takes one; --claim and SIMD_CLAIM name it, and are left out without a claim".to_owned(),
+        ),
+        ErrorReason::InvalidDescription => Some(
+            "`simctl robot validate PATH` shows the whole report; a robot is a URDF, xacro, SDF or MJCF, or a folder with one"
+                .to_owned(),
+        ),
         ErrorReason::RequestIdReused => Some("send a new id with each new request".to_owned()),
         ErrorReason::ParameterExists => {
             Some("--replace puts the new one in its place, --rename gives it another name".to_owned())

@@ -7,7 +7,8 @@
 //! * `credentials`: selection of the token. `context`: selection of the daemon.
 //! * `options`: options of every command. `candidates`: words of a completion.
 //! * `configuration`: the file of contexts. `failure`: exit codes, and remedies for refusals.
-//! * `typed`: rules for all arguments. `target`, `quantity`, `pose`: parsers of arguments.
+//! * `typed`: rules for all arguments. `mistakes`: words for wrong ones.
+//! * `target`, `quantity`, `pose`: parsers of arguments.
 //! * `output`: tables for people, JSON for programs.
 
 mod candidates;
@@ -17,6 +18,7 @@ mod configuration;
 mod context;
 mod credentials;
 mod failure;
+mod mistakes;
 mod options;
 mod output;
 mod pose;

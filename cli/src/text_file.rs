@@ -44,6 +44,16 @@ pub(crate) fn read_whole(file: &Path) -> io::Result<String> {
     String::from_utf8(fs::read(file)?).map_err(no_text)
 }
 
+/// Returns a part of a file for an error: a file of another kind may have one endless line.
+pub(crate) fn shown(part: &str) -> String {
+    const MOST: usize = 40;
+    let part = part.trim();
+    match part.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}…", &part[..end]),
+        None => part.to_owned(),
+    }
+}
+
 /// Parses a JSON document.
 pub(crate) fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     serde_json::from_str(text).map_err(|error| anyhow::Error::msg(in_words(&error)))

@@ -6,10 +6,9 @@ use std::ffi::OsString;
 use std::sync::OnceLock;
 
 use clap::builder::ValueParser;
-use clap::error::ErrorKind;
 use clap::{Arg, Command, Parser};
 
-use crate::quantity;
+use crate::{mistakes, quantity};
 
 /// Options and values of the present command: the name of a field, and its argument as typed.
 static TYPED: OnceLock<Vec<(String, String)>> = OnceLock::new();
@@ -18,7 +17,7 @@ static TYPED: OnceLock<Vec<(String, String)>> = OnceLock::new();
 pub(crate) fn read<A: Parser>() -> A {
     match parse(std::env::args_os()) {
         Ok(arguments) => arguments,
-        Err(error) => refuse(&error),
+        Err(error) => refuse::<A>(&error),
     }
 }
 
@@ -73,31 +72,18 @@ fn with_rules_of_values(arg: Arg) -> Arg {
 }
 
 /// Prints the error, and ends the process with its code.
-fn refuse(error: &clap::Error) -> ! {
-    if error.kind() != ErrorKind::ValueValidation {
+fn refuse<A: Parser>(error: &clap::Error) -> ! {
+    if !error.use_stderr() {
         error.exit();
     }
-    let text = error.render();
+    let styled = error.render();
     let has_colour = crate::output::has_colour(std::io::IsTerminal::is_terminal(&std::io::stderr()));
-    let text = if has_colour { text.ansi().to_string() } else { text.to_string() };
+    let rendered = if has_colour { styled.ansi().to_string() } else { styled.to_string() };
+    let typed: Vec<OsString> = std::env::args_os().collect();
+    let text = mistakes::text(error, &with_rules(A::command()), &typed, &rendered);
     // If stderr is closed, the error cannot be reported.
-    let _ = std::io::Write::write_all(&mut std::io::stderr(), plain(&text).as_bytes());
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
     std::process::exit(error.exit_code())
-}
-
-/// Replaces words of Rust's number parsers.
-fn plain(text: &str) -> String {
-    const WORDS: [(&str, &str); 7] = [
-        ("invalid digit found in string", "it must be a whole number, 0 or more"),
-        ("cannot parse integer from empty string", "it must be a whole number"),
-        ("number too large to fit in target type", "the number is too large"),
-        ("number too small to fit in target type", "the number is too small"),
-        ("invalid float literal", "it must be a number"),
-        ("cannot parse float from empty string", "it must be a number"),
-        (" is not in 1..=18446744073709551615", " is too small; it must be at least 1"),
-    ];
-    let text = WORDS.iter().fold(text.to_owned(), |text, (rust, plain)| text.replace(rust, plain));
-    text.replace(" is not in 1..=4294967295", " is too small or too large; it must be from 1 to 4294967295")
 }
 
 /// Renames the refused fields in a sentence of the daemon as they were typed.
@@ -126,11 +112,15 @@ fn typed_name(field: &str, typed: &[(String, String)]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory as _;
+
     use super::*;
     use crate::commands::Arguments;
 
     fn refused(line: &str) -> String {
-        plain(&parse::<Arguments>(line.split(' ').map(OsString::from)).unwrap_err().to_string())
+        let typed: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+        let error = parse::<Arguments>(typed.clone()).unwrap_err();
+        mistakes::text(&error, &with_rules(Arguments::command()), &typed, &error.to_string())
     }
 
     #[test]
@@ -160,12 +150,32 @@ mod tests {
             "simctl sim physics --time-step soon",
             "simctl joint watch arm --rate often",
             "simctl server ping --count 1.5",
+            "simctl server ping --count 0",
+            "simctl sim step 0",
+            "simctl sim physics --substeps -2",
+            "simctl claim take arm --priority -1",
         ] {
             let said = refused(line);
-            for word in ["digit", "literal", "string", "target type", "..="] {
+            for word in ["digit", "literal", "string", "target type", "..", "is not in"] {
                 assert!(!said.contains(word), "{line}: {said}");
             }
         }
+    }
+
+    #[test]
+    fn an_unknown_command_is_refused_with_those_that_there_are() {
+        let said = refused("simctl sim set --gravity 0,0,-1");
+        assert!(said.contains("commands here: status, play, pause, stop, step, reset, physics"), "{said}");
+        let said = refused("simctl --timeout 1 physics --gravity 0,0,-1");
+        assert!(said.contains("commands here: sim, robot, joint"), "{said}");
+        assert!(said.contains("elsewhere: 'simctl sim physics'"), "{said}");
+    }
+
+    #[test]
+    fn an_unknown_option_is_refused_with_those_that_there_are() {
+        let said = refused("simctl record start x --state-rate 0");
+        assert!(said.contains("options here: ") && said.contains("--max-bytes"), "{said}");
+        assert!(!said.contains("as a value"), "{said}");
     }
 
     #[test]

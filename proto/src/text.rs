@@ -45,6 +45,25 @@ pub fn printable_lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n' || is_printable(c))
 }
 
+/// Removes the system's numbers of errors, as in `No such file or directory (os error 2)`.
+pub fn without_error_numbers(text: &str) -> Cow<'_, str> {
+    const BEFORE: &str = " (os error ";
+    let mut plain = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once(BEFORE) {
+        plain += before;
+        let digits = after.len() - after.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        rest = match after[digits..].strip_prefix(')') {
+            Some(after) if digits > 0 => after,
+            _ => {
+                plain += BEFORE;
+                after
+            }
+        };
+    }
+    if rest.len() == text.len() { Cow::Borrowed(text) } else { Cow::Owned(plain + rest) }
+}
+
 /// Escapes characters that may not stay, as `\u{202e}`.
 pub fn escaped(text: &str, may_stay: impl Fn(char) -> bool) -> Cow<'_, str> {
     if text.chars().all(&may_stay) {
@@ -68,6 +87,18 @@ mod tests {
         assert_eq!(printable("\x1b[31m\n"), r"\u{1b}[31m\u{a}");
         assert_eq!(printable_lines("one\ntwo\r\u{2028}"), "one\ntwo\\u{d}\\u{2028}");
         assert_eq!(printable("tag\u{e0041}"), r"tag\u{e0041}");
+    }
+
+    #[test]
+    fn numbers_of_errors_are_removed_and_nothing_else() {
+        for (text, plain) in [
+            ("a: No such file (os error 2)", "a: No such file"),
+            ("a (os error 2): b (os error 111) c", "a: b c"),
+            ("a (os error x) b (os error ) c (os error 2", "a (os error x) b (os error ) c (os error 2"),
+            ("", ""),
+        ] {
+            assert_eq!(without_error_numbers(text), plain);
+        }
     }
 
     #[test]

@@ -253,11 +253,17 @@ impl Config {
     }
 
     fn change_log(&mut self, log: String) -> Result<(), String> {
-        EnvFilter::try_new(&log).map_err(|error| {
-            format!(
-                "log is {log:?}; it must be a level like \"info\" or filters like \"simd=debug\" ({error})"
-            )
-        })?;
+        let refused = |why: &str| {
+            format!("log is {log:?}; it must be a level like \"info\" or filters like \"simd=debug\" ({why})")
+        };
+        EnvFilter::try_new(&log).map_err(|error| refused(&error.to_string()))?;
+        // It would be taken for the name of a program's part, and nothing would be logged.
+        let is_level = |word: &str| word.parse::<tracing_subscriber::filter::LevelFilter>().is_ok();
+        let words = log.split(',').map(str::trim);
+        let mut names = words.filter(|word| !word.contains(['=', '[']) && !is_level(word));
+        if let Some(name) = names.next() {
+            return Err(refused(&format!("{name:?} is no level")));
+        }
         self.log = log;
         Ok(())
     }

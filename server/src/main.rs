@@ -14,6 +14,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use cap::Cap;
+use simd_proto::text::without_error_numbers;
 use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
 use simd_server::{authority, daemon, replay, zenoh_acl};
@@ -62,7 +63,9 @@ fn run(log: &Log) -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Some(Err(text)) => {
-            log.say(text.trim_end());
+            let is_usage = text.starts_with("error: ") || text.contains("Usage: ");
+            let text = without_error_numbers(text.trim_end());
+            log.say(&format!("{}{text}", if is_usage { "" } else { "simd: " }));
             return ExitCode::from(2);
         }
         None => {}
@@ -73,7 +76,7 @@ fn run(log: &Log) -> ExitCode {
             return ExitCode::from(code);
         }
         Some(Err(text)) => {
-            log.say(text.trim_end());
+            log.say(&without_error_numbers(text.trim_end()));
             return ExitCode::from(2);
         }
         None => {}
@@ -158,6 +161,6 @@ fn refuse(log: &Log, error: &ConfigError) -> ExitCode {
 
 /// Prints one sentence on stderr.
 fn complain(log: &Log, error: &dyn std::error::Error, code: u8) -> ExitCode {
-    log.say(&format!("simd: {error}"));
+    log.say(&format!("simd: {}", without_error_numbers(&error.to_string())));
     ExitCode::from(code)
 }

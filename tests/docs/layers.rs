@@ -132,7 +132,7 @@ const CLI: Layers = Layers {
         &["configuration"],
         &["failure"],
         &["typed"],
-        &["output", "pose", "target", "text_file"],
+        &["mistakes", "output", "pose", "target", "text_file"],
         &["quantity"],
     ],
 };

@@ -11,6 +11,7 @@ use simd_client::{
 
 use crate::{
     complete,
+    failure::Usage,
     output::{
         Output, View,
         table::{Column, Page, Table},
@@ -59,6 +60,10 @@ pub(crate) struct Take {
 pub(crate) async fn run(command: Claim, client: &Client, output: Output) -> anyhow::Result<()> {
     match command {
         Claim::Take(take) => {
+            // The schema's 0 is its default.
+            if take.lease == 0.0 {
+                return Err(Usage("--lease is 0; it must be between 0.1 s and 3600 s".to_owned()).into());
+            }
             let request = ClaimJointsRequest {
                 selections: selections(&take.what),
                 holder: take.holder,

@@ -76,7 +76,7 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "BOOL")]
     sleeping: Option<bool>,
     /// Simulated seconds per wall second
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(id = "real_time_factor", long = "rtf", value_name = "FACTOR")]
     rtf: Option<f64>,
     /// Whether steps follow the wall clock
     #[arg(long, value_enum)]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context as _;
 use clap::Subcommand;
 use serde::Serialize;
 use simd_client::{Client, proto::SavedStateInfo};
@@ -89,7 +90,9 @@ pub(crate) async fn run(command: State, client: &Client, output: Output) -> anyh
         }
         State::Import { file, name, take_over } => {
             let client = taking_over(client, take_over);
-            let imported = SavedStateView::new(client.import_saved_state(&file, &name).await?)?;
+            let imported = client.import_saved_state(&file, &name).await;
+            let imported = imported.with_context(|| file.display().to_string())?;
+            let imported = SavedStateView::new(imported)?;
             output.one(&Imported(imported))
         }
     }

@@ -97,7 +97,9 @@ fn url(text: &str, trimmed: &str) -> Result<String, Error> {
         return Err(refuse("it names no host"));
     }
     if authority.contains(['/', '@', '?', '#']) || authority.contains(char::is_whitespace) {
-        return Err(refuse("it must be a host and a port, and nothing else"));
+        return Err(refuse(
+            "it must be HOST, HOST:PORT, simd://HOST:PORT, http://HOST:PORT or https://HOST:PORT, and nothing else",
+        ));
     }
     // An IPv6 address with a port is in brackets; one without brackets is all host.
     let (host, port) = match authority.rsplit_once(':') {

@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Arg, Command, value_parser};
 
 use super::{Config, ConfigError, flags, text};
@@ -27,6 +28,7 @@ pub fn run(
     arguments.get(1).filter(|word| *word == "config")?;
     let file = Arg::new("file").value_name("FILE").required(true).value_parser(value_parser!(PathBuf));
     let command = Command::new("simd config")
+        .bin_name("simd config")
         .about("The configuration of the daemon")
         .subcommand_required(true)
         .arg_required_else_help(true)
@@ -43,6 +45,11 @@ pub fn run(
         .subcommand(Command::new("document").hide(true));
     let matches = match command.try_get_matches_from(arguments.iter().skip(1)) {
         Ok(matches) => matches,
+        Err(said) if said.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            return Some(Err(ConfigError::Usage(format!(
+                "it must be simd config default, show or check FILE\n\n{said}"
+            ))));
+        }
         Err(said) if said.use_stderr() => {
             let said = said.to_string();
             return Some(Err(ConfigError::Usage(said.trim_start_matches("error: ").trim_end().to_owned())));

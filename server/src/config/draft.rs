@@ -37,6 +37,22 @@ impl Origin {
             Self::Flag(_) => ConfigError::Usage(format!("{self}: {sentence}; see simd --help")),
         }
     }
+
+    /// Returns the error for a refused value. A flag or a variable of the key takes the place of its path.
+    fn refused(&self, key: &Key, sentence: &str) -> ConfigError {
+        let is_own = match self {
+            Self::File(..) => false,
+            Self::Variable(_) => true,
+            Self::Flag(flag) => key.flag.is_some_and(|own| flag.strip_prefix("--") == Some(own)),
+        };
+        match sentence.strip_prefix(key.path).filter(|rest| is_own && rest.starts_with(" is ")) {
+            Some(rest) => ConfigError::Usage(match self {
+                Self::Flag(_) => format!("{self}{rest}; see simd --help"),
+                Self::Variable(_) | Self::File(..) => format!("{self}{rest}"),
+            }),
+            None => self.mistake(sentence),
+        }
+    }
 }
 
 /// A configuration while it is read.
@@ -86,7 +102,7 @@ impl Draft {
 
     /// Puts a value over what was there.
     pub(super) fn set(&mut self, key: &Key, value: Value, origin: Origin) -> Result<(), ConfigError> {
-        key.set(self, value).map_err(|sentence| origin.mistake(&sentence))?;
+        key.set(self, value).map_err(|sentence| origin.refused(key, &sentence))?;
         self.origins.insert(key.path, origin);
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use super::draft::{Draft, Origin};
@@ -134,6 +134,7 @@ impl Flags {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
                 ConfigError::HelpOrVersion(error.to_string())
             }
+            ErrorKind::UnknownArgument => ConfigError::Usage(unknown(&error)),
             _ => ConfigError::Usage(sentence(&error.to_string())),
         })?;
         match matches.get_flag("man") {
@@ -180,6 +181,27 @@ impl Flags {
         draft.config.robots.extend(load.cloned().map(Robot::at));
         Ok(())
     }
+}
+
+/// Returns the sentence about a flag that does not exist, with the key or the flag that may be meant.
+fn unknown(error: &clap::Error) -> String {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    let typed = text(ContextKind::InvalidArg).unwrap_or_default();
+    let name = typed.trim_start_matches('-').split('=').next().unwrap_or_default().replace('-', "_");
+    let keys: Vec<_> = KEYS.iter().filter(|key| !name.is_empty() && key.table_and_name().1 == name).collect();
+    let advice = match (keys.as_slice(), text(ContextKind::SuggestedArg)) {
+        ([], Some(near)) => format!("; perhaps {near}"),
+        ([], None) if !typed.starts_with('-') => "; --load PATH loads a robot".to_owned(),
+        ([], None) => String::new(),
+        (keys, _) => {
+            let ways: Vec<_> = keys.iter().map(|key| format!("--set {}=VALUE", key.path)).collect();
+            format!("; a key has the name: {}", ways.join(", "))
+        }
+    };
+    format!("unexpected argument '{typed}' found{advice}; see simd --help")
 }
 
 /// Returns the first paragraph of clap's message, which names the flag; the rest is usage.

@@ -1,5 +1,7 @@
 //! Each mistake of an operator gives one sentence that names it.
 
+mod parts;
+
 use std::fs;
 
 use simd_core::{Integrator, SurfaceCombination};
@@ -119,7 +121,7 @@ fn an_unknown_key_is_named_with_its_line() {
         "{sentence}"
     );
     let sentence = file_mistake("[[robots]]\npath = \"a\"\npose = 1\n");
-    assert!(sentence.contains("line 3: unknown field `pose`"), "{sentence}");
+    assert!(sentence.contains("line 3: there is no key `pose`"), "{sentence}");
 }
 
 #[test]
@@ -130,7 +132,10 @@ fn a_value_of_the_wrong_kind_is_named_with_its_line() {
         "{sentence}"
     );
     assert!(file_mistake("listen = \"here\"").contains("line 1: listen is \"here\""));
-    assert!(file_mistake("[[robots]]\nname = \"arm\"\n").contains("missing field `path`"));
+    assert!(
+        file_mistake("[[robots]]\nname = \"arm\"\n")
+            .contains("line 1: the table [[robots]] lacks the key `path`")
+    );
     assert!(file_mistake("paused = tru").contains("line 1"));
     assert!(file_mistake("[physics]\ntime_step = \"x\"").ends_with("it must be a number"));
     assert!(
@@ -151,11 +156,13 @@ fn values_out_of_range_are_refused_with_the_range() {
         file_mistake("[physics]\nreal_time_factor = 2000")
             .contains("real_time_factor is 2000; it must be between 0.001 and 1000")
     );
-    assert!(usage("--time-step -1").contains("time_step is -1"));
+    assert!(usage("--time-step -1").contains("--time-step is -1"));
     assert!(usage("--asset-root /nowhere").contains("asset root /nowhere: "));
     assert!(file_mistake("asset_roots = [\"nowhere\"]").contains("/nowhere: "));
     assert!(usage("--name a/b").contains("name is \"a/b\""));
     assert!(file_mistake("log = \"a=b=c\"").contains("log is"));
+    assert!(usage("--log loud").contains("--log is \"loud\""), "it would be a silent part of the program");
+    args("--log warn,simd_server=debug,simd::audit=info").unwrap();
     assert!(file_mistake("[[robots]]\npath = \"a\"\nxyz = [nan, 0, 0]").contains("must be finite"));
 }
 
@@ -167,6 +174,11 @@ fn a_mistake_in_the_flags_is_one_sentence() {
         ("--gravity 1,2", "three numbers"),
         ("--time-step", "--time-step"),
         ("extra", "extra"),
+        ("robot.urdf", "--load PATH loads a robot"),
+        ("--substeps 2", "a key has the name: --set physics.substeps=VALUE"),
+        ("--lisen 127.0.0.1:0", "perhaps --listen"),
+        ("--time-step 0", "--time-step is 0; it must be between"),
+        ("--set physics.time_step=0", "--set: physics.time_step is 0; it must be between"),
     ] {
         let sentence = usage(flags);
         assert!(sentence.contains(word) && !sentence.contains('\n'), "{flags}: {sentence}");
@@ -242,7 +254,7 @@ fn variables_beat_the_file_and_flags_beat_variables() {
 fn a_mistake_in_a_variable_names_it() {
     for (name, value, mistake) in [
         ("SIMD_PHYSICS_TIME_STEP", "fast", "SIMD_PHYSICS_TIME_STEP: it must be a number, and not \"fast\""),
-        ("SIMD_PHYSICS_TIME_STEP", "5", "SIMD_PHYSICS_TIME_STEP: physics.time_step is 5; it must be between"),
+        ("SIMD_PHYSICS_TIME_STEP", "5", "SIMD_PHYSICS_TIME_STEP is 5; it must be between"),
         (
             "SIMD_PHYSICS_TIMESTEP",
             "1",
@@ -250,12 +262,8 @@ fn a_mistake_in_a_variable_names_it() {
         ),
         ("SIMD_INSECURE", "maybe", "SIMD_INSECURE: it must be true or false"),
         ("SIMD_LISTEN", "0.0.0.0:1", "SIMD_LISTEN: 0.0.0.0:1 can be reached from other machines"),
-        (
-            "SIMD_PHYSICS_GRAVITY",
-            "1,2",
-            "SIMD_PHYSICS_GRAVITY: physics.gravity is [1, 2]; it must be three numbers",
-        ),
-        ("SIMD_SERVICE_ROBOTS", "-1", "service.robots is -1; it must be between 1 and 100000"),
+        ("SIMD_PHYSICS_GRAVITY", "1,2", "SIMD_PHYSICS_GRAVITY is [1, 2]; it must be three numbers"),
+        ("SIMD_SERVICE_ROBOTS", "-1", "SIMD_SERVICE_ROBOTS is -1; it must be between 1 and 100000"),
     ] {
         let Err(ConfigError::Usage(sentence)) = with_variables(&[(name, value)], "") else {
             panic!("{name}")
@@ -295,119 +303,4 @@ fn what_holds_is_shown_with_who_said_it() {
     assert!(text.contains("time_step = 0.002  # --time-step\n"), "{text}");
     assert!(text.contains("state_rate = 7  # SIMD_ZENOH_STATE_RATE\n"), "{text}");
     assert!(text.contains("substeps = 1  # default\n"), "{text}");
-}
-
-#[test]
-fn limits_are_set_one_by_one_and_checked() {
-    let before = Config::default().limits;
-    let text = "[limits]\nurdf_bytes = 1000\nlinks = 7\nxml_nodes = 9\nmesh_bytes = 4096\nseconds = 2.5\n";
-    let limits = file(text, "").unwrap().limits;
-    assert_eq!((limits.reading.urdf_bytes, limits.description_bytes), (1000, 1000));
-    assert_eq!((limits.reading.links, limits.links, limits.reading.xml_nodes), (7, 7, 9));
-    assert_eq!((limits.reading.mesh_bytes, limits.asset_bytes), (4096, 4096));
-    assert_eq!(limits.reading.time, std::time::Duration::from_millis(2500));
-    assert_eq!(limits.reading.shapes, before.reading.shapes);
-    assert_eq!(file("", "").unwrap().limits.description_bytes, before.description_bytes);
-    for (line, mistake) in [
-        ("links = 0", "limits.links is 0; it must be between 1 and 10000"),
-        ("mesh_triangles = 2000001", "limits.mesh_triangles is 2000001; it must be between 0 and 2000000"),
-        ("seconds = -1", "limits.seconds is -1; it must be between 0 and 86400"),
-        ("joints = 3", "there is no key"),
-    ] {
-        let sentence = file_mistake(&format!("[limits]\n{line}\n"));
-        assert!(sentence.contains(mistake), "{sentence}");
-    }
-}
-
-#[test]
-fn limits_of_connections_are_set_one_by_one_and_checked() {
-    let text =
-        "[connections]\nmax = 100\nloopback_reserve = 3\nidle_seconds = 1.5\nbody_bytes_per_second = 7\n";
-    let limits = file(text, "").unwrap().connections;
-    let expected = Connections {
-        max: 100,
-        // Never more than the total.
-        max_per_peer: 100,
-        max_http1: 100,
-        loopback_reserve: 3,
-        idle: std::time::Duration::from_millis(1500),
-        body_bytes_per_second: 7,
-        ..Connections::default()
-    };
-    assert_eq!(limits, expected);
-    assert_eq!(file("", "").unwrap().connections, Connections::default());
-    for (line, mistake) in [
-        ("max = 1", "connections.max is 1; it must be between 2 and 65536"),
-        ("max_per_peer = 0", "connections.max_per_peer is 0; it must be between 1 and 65536"),
-        (
-            "max_per_peer = 513",
-            "connections.max_per_peer is 513; it must be at most 512 where connections.max is 512",
-        ),
-        (
-            "loopback_reserve = 512",
-            "connections.loopback_reserve is 512; it must be at most 511 where connections.max is 512",
-        ),
-        ("max_http1 = 0", "connections.max_http1 is 0; it must be between 1 and 65536"),
-        ("idle_seconds = 0", "connections.idle_seconds is 0; it must be between 0.1 and 604800"),
-        ("body_seconds = nan", "connections.body_seconds is NaN; it must be between 0.1 and 604800"),
-        ("body_bytes_per_second = 0", "connections.body_bytes_per_second is 0; it must be between 1 and"),
-        ("maximum = 3", "there is no key"),
-    ] {
-        let sentence = file_mistake(&format!("[connections]\n{line}\n"));
-        assert!(sentence.contains(mistake), "{sentence}");
-    }
-}
-
-#[test]
-fn a_node_of_ros_2_is_off_until_it_is_asked_for_and_its_router_has_the_port_for_itself() {
-    assert!(!args("").unwrap().ros2.enabled);
-    let config = args("--ros2 --zenoh off").unwrap();
-    assert!(config.ros2.enabled && config.ros2.router == "tcp/localhost:7447");
-    args("--ros2 --zenoh tcp/127.0.0.1:7448").unwrap();
-    assert!(usage("--ros2").contains("--zenoh tcp/127.0.0.1:7448"), "{}", usage("--ros2"));
-}
-
-#[test]
-fn mistakes_about_ros_2_name_the_key() {
-    for (text, part) in [
-        ("[ros2]\nrate = 0", "ros2.rate is 0"),
-        ("[ros2]\nrate = nan", "ros2.rate is NaN"),
-        ("[ros2]\ndomain_id = 233", "ros2.domain_id is 233"),
-        ("[ros2]\nnamespace = \"lab\"", "ros2.namespace is \"lab\""),
-        ("[ros2]\nrouter = \"localhost\"", "is not a Zenoh locator"),
-        ("[ros2]\nrouter = '\"tcp/127.0.0.1:7447\"'", "is not a Zenoh locator"),
-        ("[ros2]\ndistro = \"foxy\"", "foxy"),
-    ] {
-        let sentence = file_mistake(text);
-        assert!(sentence.contains(part), "{text}: {sentence}");
-    }
-}
-
-#[test]
-fn the_folder_of_the_state_is_the_services_else_the_users() {
-    let read = |variables: &[(&str, &str)], flags: &str| {
-        let args = std::iter::once("simd").chain(flags.split_whitespace()).map(OsString::from);
-        let variables: Vec<_> = variables.iter().map(|(name, value)| (name.into(), value.into())).collect();
-        Config::read(args, variables)
-    };
-    let recordings = |variables: &[(&str, &str)]| read(variables, "").unwrap().recording.directory;
-    let (service, user, home) = (
-        ("STATE_DIRECTORY", "/var/lib/simd:/var/lib/other"),
-        ("XDG_STATE_HOME", "/state"),
-        ("HOME", "/home/me"),
-    );
-    assert_eq!(recordings(&[service, user, home]), Some("/var/lib/simd/recordings".into()));
-    assert_eq!(recordings(&[user, home]), Some("/state/simd/recordings".into()));
-    assert_eq!(
-        recordings(&[("XDG_STATE_HOME", "relative"), home]),
-        Some("/home/me/.local/state/simd/recordings".into())
-    );
-    assert_eq!(recordings(&[]), None);
-    let autosave = |flags: &str| read(&[service], flags).unwrap().autosave.map(|autosave| autosave.file);
-    assert_eq!(autosave(""), None);
-    assert_eq!(autosave("--autosave --name lab"), Some("/var/lib/simd/lab.simdstate".into()));
-    assert_eq!(autosave("--set autosave.restore=true"), Some("/var/lib/simd/simd.simdstate".into()));
-    assert_eq!(autosave("--set autosave.file=/srv/world"), Some("/srv/world".into()));
-    let lost = read(&[], "--autosave").unwrap_err().to_string();
-    assert!(lost.contains("autosave.file") && lost.contains("XDG_STATE_HOME"), "{lost}");
 }

@@ -30,7 +30,7 @@ pub(crate) struct Picture {
     #[arg(add = complete::robots())]
     robot: String,
     /// Name of the sensor; the only camera of the robot if left out
-    #[arg(add = complete::sensors(), default_value = "", hide_default_value = true)]
+    #[arg(id = "sensor", value_name = "CAMERA", add = complete::sensors(), default_value = "", hide_default_value = true)]
     camera: String,
     /// PNG file to write; CAMERA.png or ROBOT.png here if left out
     #[arg(long, value_name = "FILE")]

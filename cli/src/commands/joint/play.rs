@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use serde::Serialize;
 use simd_client::{
@@ -103,7 +103,10 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
     let Some((_, head)) = lines.next() else { bail!("it is empty; its first line names time and joints") };
     let names: Vec<&str> = head.split(',').map(str::trim).collect();
     let Some((&"time", columns)) = names.split_first() else {
-        bail!("its first column is {:?}; it must be time", names.first().copied().unwrap_or_default())
+        bail!(
+            "its first column is {:?}; it must be time",
+            text_file::shown(names.first().copied().unwrap_or_default())
+        )
     };
     if let Some(twice) = columns.iter().enumerate().find(|(at, name)| columns[..*at].contains(name)) {
         bail!("column {} is given twice", twice.1);
@@ -138,7 +141,7 @@ fn parse(text: &str) -> anyhow::Result<(Vec<String>, Vec<TrajectoryPoint>)> {
             value
                 .trim()
                 .parse::<f64>()
-                .with_context(|| format!("line {}: {:?} is not a number", number + 1, value.trim()))
+                .map_err(|_| anyhow!("line {}: {:?} is not a number", number + 1, text_file::shown(value)))
         });
         let values: Vec<f64> = values.collect::<anyhow::Result<_>>()?;
         if values.len() != names.len() {

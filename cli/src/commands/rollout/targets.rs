@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{anyhow, bail, ensure};
 use serde::Deserialize;
 
 use crate::{
     output::number::count,
-    text_file::{Object, from_json},
+    text_file::{self, Object, from_json},
 };
 
 /// Error with the expected form of a document.
@@ -81,7 +81,9 @@ fn table(text: &str) -> anyhow::Result<Tried> {
             .split(',')
             .map(|value| {
                 let value = value.trim();
-                value.parse().with_context(|| format!("line {number}: {value:?} is not a number"))
+                value
+                    .parse()
+                    .map_err(|_| anyhow!("line {number}: {:?} is not a number", text_file::shown(value)))
             })
             .collect::<anyhow::Result<Vec<f64>>>()?;
         if row.len() != names.len() {
