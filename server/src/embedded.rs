@@ -6,12 +6,13 @@
 //! (`driver/callers.rs`). Long calls are begun ([`Embedded::begin`], [`Embedded::subscribe`]), and notices
 //! report their results.
 //!
-//! * `direct`: a shorter path for the calls of loops. `notices`: results of begun calls. `publications`: data
-//!   of subscriptions.
+//! * `answers`: answers of a method. `direct`: a shorter path for the calls of loops.
+//! * `notices`: results of begun calls. `publications`: data of subscriptions.
 //!
 //! Bounded: [`UNDER_WAY`] begun calls and subscriptions, and `notices::WAITING` notices; beyond that, their
 //! tasks wait until notices are read.
 
+mod answers;
 mod direct;
 mod kept_step;
 mod notices;
@@ -29,18 +30,16 @@ use std::time::Duration;
 use bytes::Bytes;
 use futures_util::stream;
 use simd_proto::methods::{self, Method};
-use simd_proto::raw::RawCodec;
 use simd_proto::v1::ErrorReason;
 use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER};
 use tokio::runtime::{Builder, Runtime};
 use tokio::task::AbortHandle;
 use tokio_util::sync::CancellationToken;
-use tonic::client::Grpc;
-use tonic::codegen::http::uri::PathAndQuery;
 use tonic::metadata::{MetadataMap, MetadataValue};
 use tonic::service::Routes;
-use tonic::{Request, Status, Streaming};
+use tonic::{Request, Status};
 
+use self::answers::{Prepared, answer, late, notify_of_all, within};
 use self::direct::Direct;
 pub use self::kept_step::KeptStep;
 pub use self::notices::{Notice, Ticket, What};
@@ -93,13 +92,6 @@ pub struct Embedded {
 struct UnderWay {
     tasks: HashMap<Ticket, AbortHandle>,
     given: Ticket,
-}
-
-/// A call that is ready to be made.
-struct Prepared {
-    method: &'static Method,
-    request: Request<stream::Iter<std::array::IntoIter<Bytes, 1>>>,
-    services: Routes,
 }
 
 impl Embedded {
@@ -363,47 +355,4 @@ async fn open(config: &Config) -> Result<SimHandle, Error> {
     }
     daemon::world::keep(config, &handle);
     Ok(handle)
-}
-
-/// Returns the answers of a method.
-async fn answers(prepared: Prepared) -> Result<Streaming<Bytes>, Status> {
-    let Prepared { method, request, services } = prepared;
-    // Answers may have any length, as over gRPC: a scene may be long.
-    let mut services = Grpc::new(services).max_decoding_message_size(usize::MAX);
-    let never = |error| Status::internal(format!("the services are not ready: {error}"));
-    services.ready().await.map_err(never)?;
-    let path = PathAndQuery::from_static(&method.path);
-    Ok(services.streaming(request, path, RawCodec).await?.into_inner())
-}
-
-/// Returns the only or first answer of a method.
-async fn answer(prepared: Prepared) -> Result<Bytes, Status> {
-    let first = answers(prepared).await?.message().await?;
-    first.ok_or_else(|| Status::internal("the method gave no answer"))
-}
-
-/// Sends all answers of a stream, each as a notice.
-async fn notify_of_all(
-    prepared: Prepared,
-    time_limit: Duration,
-    ticket: Ticket,
-    notifier: &Notifier,
-) -> Result<(), Status> {
-    let all = async {
-        let mut answers = answers(prepared).await?;
-        while let Some(answer) = answers.message().await? {
-            notifier.notify(ticket, What::Answer(answer)).await;
-        }
-        // Its end is reported as over Zenoh.
-        Err(Status::ok("the stream ended"))
-    };
-    within(time_limit, all).await
-}
-
-async fn within<T>(time_limit: Duration, work: impl Future<Output = Result<T, Status>>) -> Result<T, Status> {
-    tokio::time::timeout(time_limit, work).await.unwrap_or_else(|_elapsed| Err(late(time_limit)))
-}
-
-fn late(time_limit: Duration) -> Status {
-    Status::deadline_exceeded(format!("the world did not answer within {} s", time_limit.as_secs_f64()))
 }

@@ -44,6 +44,7 @@ mod shares;
 mod streams;
 mod terrain;
 mod tls;
+mod tokens;
 mod trajectories;
 mod viewing;
 mod world;

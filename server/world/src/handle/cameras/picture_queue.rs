@@ -1,4 +1,8 @@
-//! Queue of wanted pictures, and their renderers. Each call passes the time, and none waits.
+//! Queue of wanted pictures. Each call passes the time, and none waits.
+//!
+//! * Here: its tasks. `renderers`: the programs that draw them.
+
+mod renderers;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,13 +14,9 @@ use tokio::time::Instant;
 use super::kept::{Camera, make_room};
 use super::picture::{Drawn, Picture, PictureOrder};
 use crate::handle::CallError;
+pub use renderers::RendererStatus;
+use renderers::{FORGOTTEN, PRESENT, Renderer};
 
-/// Time for which a renderer counts as active after its last call.
-const PRESENT: Duration = Duration::from_secs(5);
-/// Time after which an absent renderer is forgotten.
-const FORGOTTEN: Duration = Duration::from_secs(60);
-/// Maximum number of known renderers.
-const MOST_RENDERERS: usize = 64;
 /// Number of renderers that get a task in turn before its callers are refused.
 const MOST_TRIES: u32 = 3;
 /// Maximum number of pictures at a camera's own rate that are drawn at one time. Without it, renderers that
@@ -67,15 +67,6 @@ struct Task {
     answer: watch::Sender<Option<Answer>>,
 }
 
-#[derive(Debug)]
-struct Renderer {
-    seen: Instant,
-    /// Number of its calls that wait for work.
-    waiting: usize,
-    drawn: u64,
-    failed: u64,
-}
-
 /// Status of a camera in the queue.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CameraStatus {
@@ -83,19 +74,6 @@ pub(super) struct CameraStatus {
     pub(super) newest: Option<Arc<Picture>>,
     pub(super) drawn: u64,
     pub(super) missed: u64,
-}
-
-/// An active renderer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RendererStatus {
-    /// Name.
-    pub name: Arc<str>,
-    /// Number of pictures that it has drawn.
-    pub drawn: u64,
-    /// Number of its present tasks.
-    pub drawing: usize,
-    /// Number of tasks that it failed.
-    pub failed: u64,
 }
 
 /// A task for a renderer.
@@ -184,37 +162,6 @@ impl PictureQueue {
         let task = Task { order, since: now, is_due, drawing: None, is_arriving: false, tries: 0, answer };
         self.tasks.insert(self.last_task, task);
         waiting
-    }
-
-    /// Notes that a renderer waits for work, and returns its name.
-    ///
-    /// # Errors
-    /// Returns an error if there are too many renderers.
-    pub(super) fn begin_waiting(&mut self, name: &str, now: Instant) -> Result<Arc<str>, CallError> {
-        self.expire(now);
-        let known = self.renderers.get_key_value(name).map(|(name, _)| Arc::clone(name));
-        let name = match known {
-            Some(name) => name,
-            None if self.renderers.len() < MOST_RENDERERS => name.into(),
-            None => {
-                let what = "renderers".to_owned();
-                let (value, limit) = (self.renderers.len() as u64 + 1, MOST_RENDERERS as u64);
-                return Err(CallError::LimitExceeded { what, value, limit });
-            }
-        };
-        let new = Renderer { seen: now, waiting: 0, drawn: 0, failed: 0 };
-        let renderer = self.renderers.entry(Arc::clone(&name)).or_insert(new);
-        renderer.seen = now;
-        renderer.waiting += 1;
-        Ok(name)
-    }
-
-    /// Notes that the renderer no longer waits.
-    pub(super) fn end_waiting(&mut self, name: &str, now: Instant) {
-        if let Some(renderer) = self.renderers.get_mut(name) {
-            renderer.waiting = renderer.waiting.saturating_sub(1);
-            renderer.seen = now;
-        }
     }
 
     /// Returns the oldest pending task among those that this renderer may draw.
@@ -337,41 +284,10 @@ impl PictureQueue {
         }
     }
 
-    /// Returns the active renderers, by name.
-    pub(super) fn renderers(&self, now: Instant) -> Vec<RendererStatus> {
-        let present = self.renderers.iter().filter(|(name, of)| self.is_present(name, of, now));
-        let status = |(name, of): (&Arc<str>, &Renderer)| RendererStatus {
-            name: Arc::clone(name),
-            drawn: of.drawn,
-            drawing: self.drawn_by(name).count(),
-            failed: of.failed,
-        };
-        present.map(status).collect()
-    }
-
     /// Drops data of deleted cameras.
     pub(super) fn tidy(&mut self, is_there: impl Fn(u64) -> bool, now: Instant) {
         self.cameras.retain(|id, _| is_there(*id));
         self.expire(now);
-    }
-
-    fn drawn_by<'b>(&'b self, renderer: &'b str) -> impl Iterator<Item = &'b Task> {
-        let is_its = move |task: &&Task| task.drawing.as_ref().is_some_and(|(of, _)| **of == *renderer);
-        self.tasks.values().filter(is_its)
-    }
-
-    fn is_present(&self, name: &str, renderer: &Renderer, now: Instant) -> bool {
-        let is_recent = now.saturating_duration_since(renderer.seen) < PRESENT;
-        renderer.waiting > 0 || is_recent || self.drawn_by(name).next().is_some()
-    }
-
-    /// # Errors
-    /// Returns an error if there is no active renderer.
-    pub(super) fn check_renderers(&self, now: Instant) -> Result<(), CallError> {
-        match self.renderers.iter().any(|(name, of)| self.is_present(name, of, now)) {
-            true => Ok(()),
-            false => Err(CallError::NoRenderer),
-        }
     }
 
     /// Takes tasks from unresponsive renderers, and drops tasks that no client wants any more.
