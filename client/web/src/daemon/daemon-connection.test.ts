@@ -30,6 +30,8 @@ class World {
   /** Whether its joints move while it plays. */
   moving = true;
   private position = 0;
+  /** Answers to calls for states are held up. */
+  silent = false;
   readonly calls: string[] = [];
   readonly asked: NextJointStatesRequest[] = [];
 
@@ -58,6 +60,7 @@ class World {
         nextJointStates: (request) => {
           this.heard("states");
           this.asked.push(request);
+          if (this.silent) return new Promise(() => undefined);
           if (this.playing) this.sequence += 1n;
           if (this.playing && this.moving) this.position += 0.01;
           const unchanged = (request.changesSince ?? 0n) > 0n && !(this.playing && this.moving);
@@ -319,6 +322,25 @@ test("a lost daemon is reported and retried with growing delays, and the last st
   expect(world.calls.length - before).toBe(10);
   expect(robots.value.length).toBe(1);
   expect(frame.value?.sequence).toBeGreaterThanOrEqual(last?.sequence ?? 0n);
+});
+
+test("a call that a slow picture of the page held up does not mean that the daemon is lost", async () => {
+  daemonConnection.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  world.silent = true;
+  await vi.advanceTimersByTimeAsync(4000);
+  // The page draws for more than a second, in which no timer runs.
+  const now = performance.now.bind(performance);
+  const clock = vi.spyOn(performance, "now").mockImplementation(() => now() + 1500);
+  await vi.advanceTimersByTimeAsync(1500);
+  expect(connection.value.state).toBe("live");
+  clock.mockRestore();
+  // The next call is not answered either, though nothing held it up.
+  const reasons: string[] = [];
+  const end = connection.subscribe(({ reason }) => void reasons.push(reason));
+  await vi.advanceTimersByTimeAsync(6000);
+  end();
+  expect(reasons).toContain("The daemon did not answer in time.");
 });
 
 test("a daemon that comes back with other robots and a smaller sequence is shown as it is", async () => {

@@ -9,7 +9,7 @@ import { offerAgain } from "./again";
 import { retryDelay } from "./backoff";
 import { PollLoop } from "./poll-loop";
 import { frameOf, layoutsOf, limitsOf } from "./mapping";
-import { messageOf } from "./error-message";
+import { isTimeout, messageOf } from "./error-message";
 import { RobotRegistry } from "./robot-registry";
 import type { Services } from "./services";
 import { DaemonPoller } from "./daemon-poller";
@@ -34,6 +34,8 @@ const IDLE_INTERVAL = 250;
 const IDLE_WAIT = 0.001;
 /** Milliseconds without a response after which the daemon is lost. */
 const TIMEOUT = 5000;
+/** Milliseconds by which timers are late at least while the page does something else. */
+const LATE = 100;
 
 /** Writes received data into the signals of `state`. */
 export class DaemonConnection {
@@ -119,6 +121,8 @@ export class DaemonConnection {
       const idle = this.unchanged >= IDLE_AFTER;
       await this.poll(idle ? IDLE_WAIT : WAIT);
     } catch (error) {
+      // A picture that takes longer than a call may take holds up the answer, too: the timer is late then.
+      if (connection.value.state === "live" && isTimeout(error) && performance.now() - now > TIMEOUT + LATE) return 0;
       return this.disconnect(error);
     }
     return this.rests() ? IDLE_INTERVAL : Math.max(0, this.due - performance.now());

@@ -1,7 +1,9 @@
 // People read the daemon's sentence. If no daemon answers, they read that.
-import { Code, ConnectError } from "@connectrpc/connect";
+import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { expect, test } from "vitest";
-import { messageOf } from "./error-message";
+import { SimulationService } from "../gen/simd/v1/simulation_pb";
+import { isTimeout, messageOf } from "./error-message";
+import { servicesOver } from "./services";
 
 test("an error of the daemon keeps its message", () => {
   const refusal = new ConnectError("no robot is called `arm`", Code.NotFound);
@@ -29,4 +31,13 @@ test("the answer of a proxy means that the daemon does not answer", () => {
 
 test("an error of the page keeps its message", () => {
   expect(messageOf(new Error("There is no .urdf file."))).toBe("There is no .urdf file.");
+});
+
+test("a call that the page gave up says so, and a deadline of the daemon keeps its message", async () => {
+  const services = servicesOver(createRouterTransport(({ service }) => service(SimulationService, { getSimulatorInfo: () => new Promise(() => undefined) })));
+  const error: unknown = await services.simulation.getSimulatorInfo({}, { timeoutMs: 1 }).catch((reason: unknown) => reason);
+  expect(isTimeout(error)).toBe(true);
+  expect(messageOf(error)).toBe("The daemon did not answer in time.");
+  const own = new ConnectError("no renderer drew the picture within 2 s", Code.DeadlineExceeded);
+  expect([isTimeout(own), messageOf(own)]).toEqual([false, "No renderer drew the picture within 2 s."]);
 });

@@ -6,10 +6,15 @@ const ROLE = /^the token of .+ (has the role \w+), and \S+ (needs the role \w+)$
 
 /** Returns the daemon's message, or without one, the meaning of the failure. */
 export function messageOf(error: unknown): string {
+  if (isTimeout(error)) return "The daemon did not answer in time.";
   if (error instanceof ConnectError && isFromDaemon(error)) return sentence(ROLE.test(error.rawMessage) ? error.rawMessage.replace(ROLE, "your token $1, and this $2") : error.rawMessage);
-  if (error instanceof ConnectError && error.code === Code.DeadlineExceeded) return "The daemon did not answer in time.";
   if (error instanceof ConnectError || isNetworkFailure(error)) return "The daemon does not answer.";
   return error instanceof Error ? sentence(error.message) : String(error);
+}
+
+/** Whether this page gave a call up after its time. The daemon's own deadlines have the daemon's sentences. */
+export function isTimeout(error: unknown): boolean {
+  return error instanceof ConnectError && error.code === Code.DeadlineExceeded && (error.cause !== undefined || /^(the operation timed out)?$/i.test(error.rawMessage));
 }
 
 /** Runs a task; if it rejects, rejects with the message for the user. */

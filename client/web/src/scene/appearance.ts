@@ -67,10 +67,12 @@ export class Appearance {
     return this.wantsOcclusion() && this.occlusion !== undefined && !this.camera.isFlat;
   }
 
-  /** Draws the picture; the camera's target is this many metres away. */
-  draw(distance: number): void {
+  /** Draws the picture; the camera's target is this many metres away. Returns the number of calls that draw the scene. */
+  draw(distance: number): number {
     this.renderer.render(this.scene, this.camera);
+    const { calls } = this.renderer.info.render;
     if (this.hasOcclusion) this.occlusion?.darken(this.renderer, distance);
+    return calls;
   }
 
   /** Sets the device pixels per CSS pixel of a picture with or without motion. Returns whether they are fewer than in a still one. */

@@ -383,8 +383,7 @@ export class Stage {
     this.fog.near = Math.max(12, 3 * distance);
     this.fog.far = Math.max(120, 8 * distance);
     this.copies.gather(this.robots.group);
-    this.appearance.draw(distance);
-    this.calls = this.renderer.info.render.calls;
+    this.calls = this.appearance.draw(distance);
     this.sides?.draw(this.renderer, this.scene, this.camera);
     this.labels.show([...namesOf(this.robots.all()), ...this.marks.labels()], this.camera.camera);
     this.contactScale.show(this.marks.group.visible ? this.marks.metresPerNewton() : 0, this.camera.camera, distance);
