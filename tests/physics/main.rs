@@ -30,6 +30,7 @@ mod initial_overlaps;
 mod inverse_kinematics;
 mod kinematics;
 mod lanes;
+mod link_damping;
 mod mechanisms;
 mod mesh_pairs;
 mod momentum;

@@ -68,7 +68,16 @@ pub(crate) fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
                 contact_damping: rng.bool().then(|| 100.0 * number.abs()),
             };
             let collision_mask = rng.bool().then(|| rng.u32(..));
-            let properties = LinkProperties { link, material, collision_mask, ..Default::default() };
+            let linear_damping = rng.bool().then(|| number.abs());
+            let angular_damping = rng.bool().then(|| number.abs());
+            let properties = LinkProperties {
+                link,
+                material,
+                collision_mask,
+                linear_damping,
+                angular_damping,
+                ..Default::default()
+            };
             let stays_awake = [None, Some(true), Some(false)][rng.usize(..3)];
             Command::SetLinkProperties { robot, links: vec![properties], stays_awake }
         }

@@ -92,15 +92,15 @@ def test_a_slippery_box_slides_down_and_a_rough_one_stays(sim: Simulation) -> No
 
 def test_surfaces_are_read_and_changed(sim: Simulation, arm: Robot, floor: Robot) -> None:
     ball = sim.add_sphere(0.1, 1.0, (0, 0, 1), friction=0.4, restitution=0.2)
-    assert ball.surfaces() == {"link": Surface(0.4, 0.2, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0)}
+    assert ball.surfaces() == {"link": Surface(0.4, 0.2, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
     ball.set_surface(restitution=0.7)
     ball.set_surface(friction=0.3, link="link")
-    assert ball.surfaces()["link"] == Surface(0.3, 0.7, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0)
+    assert ball.surfaces()["link"] == Surface(0.3, 0.7, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     with pytest.raises(simd_client.LinkNotFound):
         ball.set_surface(friction=0.3, link="wheel")
     with pytest.raises(simd_client.InvalidValue):
         ball.set_surface(friction=-1.0)
-    assert ball.surfaces()["link"] == Surface(0.3, 0.7, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0)
+    assert ball.surfaces()["link"] == Surface(0.3, 0.7, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert set(arm.surfaces()) == set(arm.links)
 
 
@@ -120,7 +120,7 @@ def test_a_robot_is_loaded_with_other_surfaces_and_touches_itself_where_asked(si
     surfaces = {"": Surface(friction=0.2), "b": Surface(friction=0.9, restitution=0.5)}
     apart = sim.load_text(two, "apart", fixed=True, surfaces=surfaces)
     found = apart.surfaces()
-    assert found["a"].friction == 0.2 and found["b"] == Surface(0.9, 0.5, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0)
+    assert found["a"].friction == 0.2 and found["b"] == Surface(0.9, 0.5, 1, 0xFFFFFFFF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     touching = sim.load_text(two, "touching", fixed=True, position=(0, 5, 0), self_collision=True)
     for robot in (apart, touching):
         # 0.1 m lie between the two: an initial overlap would be ignored.

@@ -46,7 +46,7 @@ def test_groups_are_set_and_read_with_the_surfaces(sim: Simulation, ball: Robot)
     assert ball.pose.position[2] < 0.0
     crate = sim.add_box((1, 1, 1), 1.0, (5, 0, 5), name="crate")
     crate.set_collision_groups(mask=6, link="link")
-    assert crate.surfaces()["link"] == Surface(1.0, 0.0, 1, 6, 0.0, 0.0, 0.0, 0.0)
+    assert crate.surfaces()["link"] == Surface(1.0, 0.0, 1, 6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def test_an_srdf_comes_with_the_robot(sim: Simulation, tmp_path: Path) -> None:

@@ -930,6 +930,13 @@ pub struct LinkProperties {
     /// Damping beside that spring, N s/m, 0 to 1e12. Absent does not change it.
     #[prost(double, optional, tag = "9")]
     pub contact_damping: ::core::option::Option<f64>,
+    /// Damping of the link's motion, 1/s, 0 (the default) to 1e6: the law of Bullet's articulated bodies. A
+    /// link of mass m, whose centre of mass moves at v, gets the force -m k v (1 + |v|). Absent does not change it.
+    #[prost(double, optional, tag = "10")]
+    pub linear_damping: ::core::option::Option<f64>,
+    /// Like `linear_damping`, of its angular motion: the torque -I k w (1 + |w|).
+    #[prost(double, optional, tag = "11")]
+    pub angular_damping: ::core::option::Option<f64>,
 }
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct GetLinkPropertiesRequest {

@@ -1,4 +1,4 @@
-"""Friction, restitution and collision groups of links."""
+"""Friction, restitution, collision groups and damping of links."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simd_client import proto
 
 @dataclass(frozen=True)
 class Surface:
-    """Friction, restitution and collision groups of a link. `Physics.surface_combination` of the world
+    """Friction, restitution, collision groups and damping of a link. `Physics.surface_combination` of the world
     combines the surfaces of two links in contact."""
 
     friction: float | None = None
@@ -33,6 +33,11 @@ class Surface:
     """Stiffness of the spring at each contact point, N/m; 0 is rigid. `None` as for friction."""
     contact_damping: float | None = None
     """Damping beside that spring, N s/m. `None` as for friction."""
+    linear_damping: float | None = None
+    """Damping k of the link's own motion, 1/s: a mass m that moves at v gets the force -m k v (1 + |v|). `None` does not
+    change it."""
+    angular_damping: float | None = None
+    """Likewise of its angular motion, 1/s."""
 
 
 Surfaces = Union[Surface, Mapping[str, Surface]]
@@ -53,6 +58,8 @@ def surfaces_to_proto(surfaces: Surfaces | None) -> list[proto.LinkProperties]:
             spinning_friction=each.spinning_friction,
             contact_stiffness=each.contact_stiffness,
             contact_damping=each.contact_damping,
+            linear_damping=each.linear_damping,
+            angular_damping=each.angular_damping,
             collision_group=each.collision_group,
             collision_mask=each.collision_mask,
         )
@@ -71,4 +78,6 @@ def surface_from_proto(message: proto.LinkProperties) -> Surface:
         message.spinning_friction if message.HasField("spinning_friction") else None,
         message.contact_stiffness if message.HasField("contact_stiffness") else None,
         message.contact_damping if message.HasField("contact_damping") else None,
+        message.linear_damping if message.HasField("linear_damping") else None,
+        message.angular_damping if message.HasField("angular_damping") else None,
     )

@@ -7,7 +7,7 @@ import { Damage, type Source } from "./source";
  * The newest format that this page reads. Formats differ in commands, which the page does not read; `simd replay` reads only
  * one.
  */
-const FORMAT = 5;
+const FORMAT = 6;
 const METADATA = "simd.recording";
 /** Maximum bytes of a decompressed chunk: many times the written size. */
 const MAX_CHUNK = 32 << 20;

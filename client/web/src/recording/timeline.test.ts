@@ -113,8 +113,8 @@ test("other files are refused with a sentence", async () => {
   await expect(open(text as Uint8Array<ArrayBuffer>)).rejects.toThrow("it is not a file of MCAP");
   await expect(open(new Uint8Array(0))).rejects.toThrow("it is not a file of MCAP");
   await expect(open(await recording({ format: "" }))).rejects.toThrow("not a recording of simd");
-  await expect(open(await recording({ format: "6" }))).rejects.toThrow("made by a newer release");
-  expect((await open(await recording({ format: "5" }))).count).toBe(100);
+  await expect(open(await recording({ format: "7" }))).rejects.toThrow("made by a newer release");
+  expect((await open(await recording({ format: "6" }))).count).toBe(100);
   await expect(open(await recording({ states: 0 }))).rejects.toThrow("no states");
   // The first bytes of a file and nothing more.
   await expect(open((await recording({ states: 5 })).slice(0, 8))).rejects.toThrow("not a recording of simd");

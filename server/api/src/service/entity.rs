@@ -4,6 +4,7 @@ use crate::service::status::OrStatus as _;
 use std::sync::Arc;
 
 use simd_core::collision::ConvexMesh;
+use simd_core::dynamics::link_damping::LinkDamping;
 use simd_core::simulation::published_state::EntityLayout;
 use simd_core::{Command, Error};
 use simd_proto::v1::{self, entity_service_server::EntityService};
@@ -353,10 +354,16 @@ impl EntityService for Service {
         let of_links =
             settings.into_iter().flat_map(|settings| settings.surfaces.iter().zip(&settings.groups));
         let links = entity.model.links.iter().zip(of_links);
+        // Without any damping the list is empty.
+        let damping = settings.into_iter().flat_map(|settings| settings.link_damping.iter().copied());
+        let damping = damping.chain(std::iter::repeat(LinkDamping::default()));
         let stays_awake = settings.is_some_and(|settings| settings.stays_awake);
         Ok(Response::new(v1::GetLinkPropertiesResponse {
             links: links
-                .map(|(link, (surface, groups))| link_properties(&link.name, *surface, *groups))
+                .zip(damping)
+                .map(|((link, (surface, groups)), damping)| {
+                    link_properties(&link.name, *surface, *groups, damping)
+                })
                 .collect(),
             stamp: Some(stamp::published(&state)),
             stays_awake,

@@ -25,7 +25,7 @@ use super::integrate::advance;
 use super::integrator::Integrator;
 use super::kinematics::{BodyMotion, update_kinematics};
 use super::scratch::{BodyScratch, MultiRhs, Scratch};
-use super::spatial::Placement;
+use super::spatial::{Placement, Spatial};
 use super::spherical;
 use super::spin::{Drift, FreeBody};
 use super::symmetric::Symmetric;
@@ -332,6 +332,13 @@ impl Articulation {
             linear: turn * at.velocity.linear,
             angular: turn * at.velocity.angular,
         }
+    }
+
+    /// Returns the motion of a body in its own axes, by the last update of the kinematics.
+    pub fn own_motion(&self, body: usize) -> Spatial {
+        let at = &self.scratch.passes.bodies[body];
+        let turned = at.rotation.transpose();
+        Spatial::new(turned * at.velocity.angular, turned * at.velocity.linear)
     }
 
     /// Returns the new velocities computed so far.

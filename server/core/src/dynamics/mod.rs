@@ -11,7 +11,8 @@
 //! * [`actuator`], [`gains`], [`gravity_compensation`]: actuators of joints.
 //! * [`mass_matrix`]: the joint-space mass matrix; [`implicit_inertia`]: the same with the actuators' terms,
 //!   as a step needs it.
-//! * [`link_motion`]: accelerations of links; [`reactions`]: loads of joints.
+//! * [`link_motion`]: accelerations of links; [`link_damping`]: forces against their motion; [`reactions`]: loads of
+//!   joints.
 //! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: the contacts that collision
 //!   finds for it.
 //! * [`articulation`]: the state of one robot, and its step.
@@ -45,6 +46,7 @@ pub mod kinematics;
 pub mod lane;
 pub mod lanes;
 pub mod ldlt;
+pub mod link_damping;
 pub mod link_motion;
 pub mod mass_matrix;
 pub mod member;

@@ -32,6 +32,11 @@ pub struct LinkProperties {
     pub collision_group: Option<u32>,
     /// Groups that it touches, one bit each; `None` leaves them.
     pub collision_mask: Option<u32>,
+    /// Damping of the link's linear motion, 1/s: see [`LinkDamping`](crate::dynamics::link_damping::LinkDamping).
+    /// `None` leaves it.
+    pub linear_damping: Option<f64>,
+    /// Damping of its angular motion, 1/s; `None` leaves it.
+    pub angular_damping: Option<f64>,
 }
 
 /// Maximum number of pairs of one robot's own links, and of links of different robots in a world.

@@ -1,6 +1,7 @@
 //! One robot in the world: its dynamics, the state it was spawned with, and its claims.
 
 mod colliders;
+mod damping;
 mod joints;
 mod pulls;
 mod sensors;
@@ -96,6 +97,7 @@ impl Entity {
             contact_settings: ContactSettings::default(),
             surfaces: Vec::new(),
             groups: setup::groups(&model),
+            link_damping: Vec::new(),
             collision_pairs: Arc::default(),
             asleep: false,
             rest_poses: Vec::new(),
@@ -199,8 +201,9 @@ impl Entity {
     /// `slack` metres and the motion in a part of a step of `h` seconds.
     pub(super) fn update_poses(&mut self, others: bool, slack: f64, h: f64) {
         if self.is_awake() {
-            if !(self.state.applied_wrenches.is_empty() && self.state.pulls.is_empty()) {
+            if self.has_external_forces() {
                 self.update_external_forces();
+                self.add_damping_forces(h);
             }
             self.body.update_kinematics();
         }

@@ -77,7 +77,15 @@ impl PublishedState {
                     Some((link, Spatial::new(to_base * (torque + arm.cross(force)), to_base * force)))
                 })
             });
-        let wrenches: Vec<(usize, Spatial)> = applied.chain(contacts).chain(constraints).collect();
+        let damped = self.settings.get(robot).map(|settings| &settings.link_damping[..]).unwrap_or_default();
+        let damping = damped.iter().zip(&entity.model.links).zip(links).enumerate().map(
+            |(link, ((damping, of_model), at))| {
+                let motion = Spatial::new(at.angular, at.velocity);
+                (link, damping.force(&of_model.inertial, &at.rotation, motion, 0.0))
+            },
+        );
+        let acting = applied.chain(contacts).chain(constraints).chain(damping);
+        let wrenches: Vec<(usize, Spatial)> = acting.collect();
         let carried = reactions_of(&entity.model, links, to_base * gravity, &wrenches);
         Some(carried.into_iter().map(|wrench| [wrench.linear, wrench.angular]).collect())
     }

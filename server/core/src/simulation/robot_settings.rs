@@ -7,6 +7,7 @@ use simd_model::robot::JointLimits;
 
 use super::entity::Entity;
 use crate::collision::{Groups, LinkPair, Surface};
+use crate::dynamics::link_damping::LinkDamping;
 
 /// Settings of one robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub struct RobotSettings {
     pub stays_awake: bool,
     /// One for each link of the model, in its order.
     pub groups: Vec<Groups>,
+    /// Damping of each link of the model, in its order; empty without any.
+    pub link_damping: Vec<LinkDamping>,
     /// Holder of a claim on the whole robot.
     pub claimed_by: Option<Arc<str>>,
     /// Enabled and disabled pairs of the robot's links, in order.
@@ -58,6 +61,7 @@ impl Entity {
             self_collision: self.state.contact_settings.self_collision,
             stays_awake: self.state.contact_settings.stays_awake,
             groups: self.state.groups.clone(),
+            link_damping: self.state.link_damping.clone(),
             claimed_by: self.claims.whole.as_ref().map(|claim| Arc::clone(&claim.holder)),
             collision_pairs: Arc::clone(&self.state.collision_pairs),
         }

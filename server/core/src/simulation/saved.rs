@@ -16,6 +16,7 @@ use super::world_state::{EntityState, InvalidState, RobotState, WorldState};
 use super::wrench::{ActiveWrench, MAX_WRENCH_DURATION, WrenchDuration};
 use crate::collision::{Groups, LinkPair, RestPose, RobotColliders, Shapes, Surface};
 use crate::dynamics::Tree;
+use crate::dynamics::link_damping::LinkDamping;
 use crate::valid::{finite, pose, sizes};
 
 /// State of a world with the descriptions of its robots. Cheap to share; two are equal if they are the same.
@@ -212,6 +213,7 @@ fn checked(
         contact_settings: _,
         surfaces,
         groups,
+        link_damping,
         collision_pairs,
         asleep,
         rest_poses,
@@ -237,6 +239,7 @@ fn checked(
     spawned.check(&tree).map_err(|what| format!("{what}, in the state that it was spawned with"))?;
     surfaces.iter().try_for_each(Surface::check)?;
     check_filter(model.links.len(), groups, collision_pairs)?;
+    check_damping(model.links.len(), link_damping)?;
     if let Some(reason) = disabled.as_ref().filter(|reason| reason.len() > MAX_REASON) {
         return Err(format!("a reason of {} bytes for which it is disabled, of {MAX_REASON}", reason.len()));
     }
@@ -284,6 +287,15 @@ fn check_filter(links: usize, groups: &[Groups], pairs: &[LinkPair]) -> Result<(
         return Ok(());
     }
     Err("collision pairs that are not of its links, or not in order".into())
+}
+
+fn check_damping(links: usize, damping: &[LinkDamping]) -> Result<(), String> {
+    if !damping.is_empty() && damping.len() != links {
+        return Err(format!("damping of {} links, where its model has {links}", damping.len()));
+    }
+    let is_sound = |value: f64| (0.0..=LinkDamping::MOST).contains(&value);
+    let all = damping.iter().all(|damping| is_sound(damping.linear) && is_sound(damping.angular));
+    if all { Ok(()) } else { Err("damping of a link that is negative or too large".into()) }
 }
 
 /// Maximum length of the reason why a robot is disabled, bytes: clients see it.

@@ -21,6 +21,7 @@ pub use crate::dynamics::BodyState;
 pub use crate::dynamics::constraint::contact::Contact;
 pub use crate::dynamics::constraint::link_constraint::LinkConstraint;
 use crate::dynamics::constraint::link_constraint::MAX_CONSTRAINTS;
+use crate::dynamics::link_damping::LinkDamping;
 use crate::plain::{bounded_list, optional_text, shared, shared_list};
 
 /// Complete state of a world at a moment. Worlds in equal states continue equally to the bit, on the same
@@ -117,6 +118,8 @@ pub struct EntityState {
     pub surfaces: Vec<Surface>,
     /// Groups of each link.
     pub groups: Vec<Groups>,
+    /// Damping of each link; empty without any.
+    pub link_damping: Vec<LinkDamping>,
     /// Enabled and disabled pairs of the robot's links, in order. Shared like the state that it was spawned
     /// with.
     #[serde(

@@ -34,7 +34,7 @@ use crate::call_error::CallError;
 const MAGIC: &[u8; 8] = b"simdsave";
 
 /// The format that is read and written. It grows with every change of what a state is.
-pub const FORMAT: u32 = 13;
+pub const FORMAT: u32 = 14;
 
 /// Maximum number of list entries that take more memory than bytes of the file, of all robots together. Such
 /// an entry has some fifty bytes in memory, and three in a file. The limit is far above a thousand robots

@@ -20,7 +20,7 @@ use crate::driver::Published;
 /// Name of the metadata that marks a file as a recording.
 pub(super) const METADATA: &str = "simd.recording";
 /// The format that is written and read.
-pub(super) const FORMAT: u32 = 5;
+pub(super) const FORMAT: u32 = 6;
 /// Bytes of a part of a file.
 const PART: usize = 1 << 20;
 

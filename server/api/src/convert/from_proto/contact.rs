@@ -42,6 +42,8 @@ pub fn link_properties(
             spinning_friction,
             contact_stiffness,
             contact_damping,
+            linear_damping,
+            angular_damping,
         } = given;
         let material = Material {
             friction,
@@ -51,7 +53,14 @@ pub fn link_properties(
             contact_stiffness,
             contact_damping,
         };
-        Ok(LinkProperties { link: at.field("link").short(link)?, material, collision_group, collision_mask })
+        Ok(LinkProperties {
+            link: at.field("link").short(link)?,
+            material,
+            collision_group,
+            collision_mask,
+            linear_damping,
+            angular_damping,
+        })
     };
     given.into_iter().enumerate().map(read).collect()
 }

@@ -2,6 +2,7 @@
 
 use simd_core::PublishedState;
 use simd_core::collision::{Groups, Surface};
+use simd_core::dynamics::link_damping::LinkDamping;
 use simd_core::simulation::published_state::ContactReport;
 use simd_core::simulation::rays::RayReport;
 use simd_proto::v1;
@@ -55,7 +56,12 @@ pub fn hit(report: Option<RayReport>) -> v1::RayHit {
 }
 
 /// Converts a link's surface and groups; a link that cannot collide has no numbers.
-pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> v1::LinkProperties {
+pub fn link_properties(
+    link: &str,
+    surface: Option<Surface>,
+    groups: Groups,
+    damping: LinkDamping,
+) -> v1::LinkProperties {
     v1::LinkProperties {
         link: link.to_owned(),
         friction: surface.map(|surface| surface.friction),
@@ -66,6 +72,8 @@ pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> 
         spinning_friction: surface.map(|surface| surface.spinning_friction),
         contact_stiffness: surface.map(|surface| surface.stiffness),
         contact_damping: surface.map(|surface| surface.damping),
+        linear_damping: Some(damping.linear),
+        angular_damping: Some(damping.angular),
     }
 }
 

@@ -7,6 +7,7 @@ use simd_model::robot::Material;
 use super::Entity;
 use crate::collision::{MOST_OWN_PAIRS, RobotColliders, Shapes, Surface};
 use crate::dynamics::contact_point::{MOST_DAMPING, STIFFNESS};
+use crate::dynamics::link_damping::LinkDamping;
 use crate::dynamics::{Articulation, Tree};
 use crate::simulation::check;
 use crate::simulation::contact_settings::LinkProperties;
@@ -25,6 +26,7 @@ impl Entity {
         for (link, properties) in found.into_iter().zip(&settings.links) {
             self.colliders.set_material(link, &properties.material);
             self.set_groups(link, properties);
+            self.set_damping(link, properties);
         }
         self.state.contact_settings = settings;
         self.check_self_collision(self.state.contact_settings.self_collision)?;
@@ -80,7 +82,7 @@ impl Entity {
         list: &str,
     ) -> Result<Vec<Option<usize>>, Error> {
         let check = |(index, properties): (usize, &LinkProperties)| {
-            let LinkProperties { link, material, .. } = properties;
+            let LinkProperties { link, material, linear_damping, angular_damping, .. } = properties;
             let Material {
                 friction,
                 restitution,
@@ -97,6 +99,8 @@ impl Entity {
                 ("rolling_friction", rolling_friction, MOST_FRICTION),
                 ("spinning_friction", spinning_friction, MOST_FRICTION),
                 ("contact_damping", contact_damping, MOST_DAMPING),
+                ("linear_damping", linear_damping, LinkDamping::MOST),
+                ("angular_damping", angular_damping, LinkDamping::MOST),
             ] {
                 let Some(value) = *value else { continue };
                 check::within(field, value, 0.0..=most).map_err(named)?;

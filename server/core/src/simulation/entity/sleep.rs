@@ -47,12 +47,13 @@ impl Entity {
         !tree.fixed_base && tree.bodies.len() == 1
     }
 
-    /// Returns whether it is a single free body without applied forces.
+    /// Returns whether it is a single free body without applied forces; damping is none.
     pub(in crate::simulation) fn may_sleep(&self) -> bool {
         self.is_free_body()
             && !self.state.contact_settings.stays_awake
             && self.state.pulls.is_empty()
-            && self.body.external().iter().all(|push| *push == Spatial::ZERO)
+            && (self.body.external().iter().all(|push| *push == Spatial::ZERO)
+                || self.state.applied_wrenches.iter().all(|wrench| wrench.suspended))
     }
 
     pub(in crate::simulation) fn fall_asleep(&mut self) {

@@ -5,10 +5,18 @@ use glamx::{DQuat, DVec3};
 use super::Entity;
 use crate::dynamics::Articulation;
 use crate::dynamics::spatial::{Placement, Spatial};
+use crate::simulation::world_state::EntityState;
 use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
 impl Entity {
-    /// Writes wrenches and pulls to the dynamics, each body's sum in its own frame.
+    /// Returns whether wrenches, pulls or damping may act on it.
+    pub(super) fn has_external_forces(&self) -> bool {
+        let EntityState { applied_wrenches, pulls, link_damping, .. } = &self.state;
+        !(applied_wrenches.is_empty() && pulls.is_empty() && link_damping.is_empty())
+    }
+
+    /// Writes wrenches and pulls to the dynamics, each body's sum in its own frame. Each part of a step adds
+    /// damping.
     pub(in crate::simulation) fn update_external_forces(&mut self) {
         self.body.external_mut().fill(Spatial::ZERO);
         self.add_pull_forces();

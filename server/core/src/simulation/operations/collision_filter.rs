@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::collision::{LinkPair, RobotLinkPair};
+use crate::dynamics::link_damping::LinkDamping;
 use crate::simulation::command::{CollisionFilterChange, CollisionPair, MAX_COLLISION_PAIRS};
 use crate::simulation::contacts::Contacts;
 use crate::simulation::entity::Entity;
@@ -169,7 +170,7 @@ impl Entity {
         Ok(Some(pairs.into_iter().map(|(links, enabled)| LinkPair { links, enabled }).collect()))
     }
 
-    /// Takes over the filter from before a reload, for links of the same name. Returns the new index of each
+    /// Takes over filter and damping from before a reload, for links of the same name. Returns the new index of each
     /// old link.
     pub(in crate::simulation) fn take_filter(&mut self, old: &Self) -> Vec<Option<usize>> {
         let names = self.model.links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index));
@@ -180,6 +181,14 @@ impl Entity {
         for (groups, link) in old.state.groups.iter().zip(&now) {
             if let Some(slot) = link.and_then(|link| self.state.groups.get_mut(link)) {
                 *slot = *groups;
+            }
+        }
+        if !old.state.link_damping.is_empty() {
+            self.state.link_damping.resize(self.model.links.len(), LinkDamping::default());
+        }
+        for (damping, link) in old.state.link_damping.iter().zip(&now) {
+            if let Some(slot) = link.and_then(|link| self.state.link_damping.get_mut(link)) {
+                *slot = *damping;
             }
         }
         let pair = |pair: &LinkPair| {

@@ -72,6 +72,7 @@ impl Simulation {
                 contact_settings: _,
                 surfaces: _,
                 groups: _,
+                link_damping,
                 collision_pairs: _,
                 asleep: _,
                 rest_poses: _,
@@ -86,7 +87,8 @@ impl Simulation {
                 trajectories,
                 sensors,
             } = &entity.state;
-            applied_wrenches.is_empty()
+            link_damping.is_empty()
+                && applied_wrenches.is_empty()
                 && expired_wrenches.is_empty()
                 && pulls.is_empty()
                 && trajectories.is_empty()

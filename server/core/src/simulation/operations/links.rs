@@ -1,4 +1,4 @@
-//! Surfaces of links.
+//! Surfaces and damping of links.
 
 use crate::simulation::command::LinkProperties;
 use crate::simulation::error::Error;
@@ -20,6 +20,11 @@ impl Simulation {
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
             entity.set_groups(link, properties);
+            entity.set_damping(link, properties);
+        }
+        if links.iter().any(|link| link.linear_damping.is_some() || link.angular_damping.is_some()) {
+            entity.body.begin_external_change();
+            entity.update_external_forces();
         }
         entity.state.surfaces = entity.colliders.surfaces().collect();
         if entity.state.groups != before {
