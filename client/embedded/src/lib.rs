@@ -4,6 +4,8 @@
 //! No function holds Python's lock while it waits or steps. Threads of Rust never call Python. A thread of
 //! Python asks for the results of pending calls, so that no thread of Rust blocks the end of the interpreter.
 
+mod damped_steps;
+
 use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -243,6 +245,8 @@ mod simd_embedded {
     use super::Step;
     #[pymodule_export]
     use super::World;
+    #[pymodule_export]
+    use super::damped_steps::Chain;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

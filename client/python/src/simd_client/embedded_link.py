@@ -89,6 +89,29 @@ class KeptStep(Protocol):
         ...
 
 
+class Chain(Protocol):
+    """Joints between a robot's base and one of its links: see `client/embedded/src/damped_steps.rs`."""
+
+    def search(
+        self,
+        root: tuple[float, ...],
+        joints: tuple[list[float], list[float]],
+        goal: tuple[tuple[float, float, float], tuple[float, float, float, float] | None],
+        limits: tuple[list[list[float]] | None, list[list[float]] | None],
+        ends: tuple[int, float],
+    ) -> list[float] | None:
+        """Returns joint positions nearer to the goal; `None` if the module cannot compute them."""
+        ...
+
+
+def chain(steps: Sequence[tuple[Any, ...]], end: tuple[float, ...]) -> Chain | None:
+    """Returns a chain of joints of the extension module; `None` if the module is not installed."""
+    if not is_installed():
+        return None
+    module: Any = importlib.import_module(MODULE)
+    return cast(Chain, module.Chain(steps, end))
+
+
 def is_installed() -> bool:
     """Whether this interpreter has the extension module."""
     return importlib.util.find_spec(MODULE) is not None

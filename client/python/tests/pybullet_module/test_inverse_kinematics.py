@@ -10,6 +10,9 @@ from typing import Any
 
 import pytest
 
+from simd_client import embedded_link
+from simd_client.pybullet.connections import connected
+
 from .conftest import SEVEN_ARM
 
 START = [0.3, 0.5, 0.2, -0.8, 0.1, 0.6, 0.2]
@@ -93,6 +96,44 @@ def test_steps_towards_a_pose_are_pybullets(bullet: Any, script: ModuleType) -> 
                 p.resetJointState(0, joint, value)
             found.append(p.calculateInverseKinematics(0, link, goal, **more))
         assert found[1] == pytest.approx(found[0], abs=1e-5), (case, more)
+
+
+def no_chain(steps: object, end: object) -> None:
+    """Stands for an interpreter without the extension module."""
+
+
+@pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
+@pytest.mark.parametrize("scale", [1.0, 10.0])
+def test_the_search_of_the_extension_module_is_the_clients(
+    script: ModuleType, monkeypatch: pytest.MonkeyPatch, scale: float
+) -> None:
+    """Also for a large arm, whose null space needs a pseudoinverse, which only the client has."""
+    seed = random.randrange(1 << 32)
+    print(f"seed {seed}")
+    draw = random.Random(seed)
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1, globalScaling=scale)
+    chains = connected(0).bodies[arm].chains
+    for case in range(40):
+        more: dict[str, Any] = {"maxNumIterations": draw.choice((1, 5, 20))}
+        for joint in range(7):
+            script.resetJointState(arm, joint, draw.uniform(-1.0, 1.0))
+        goal = [scale * draw.uniform(low, high) for low, high in ((-0.5, 0.8), (-0.6, 0.5), (0.4, 1.3))]
+        if case % 2:
+            more["targetOrientation"] = script.getQuaternionFromEuler([draw.uniform(-3.0, 3.0) for _ in range(3)])
+        if case % 3 == 1:
+            more |= {"lowerLimits": [-0.5] * 7, "upperLimits": [0.5] * 7}
+        if case % 3 == 2:
+            rest = [draw.uniform(-0.5, 0.5) for _ in range(7)]
+            more |= {"lowerLimits": [-9.0] * 7, "upperLimits": [0.9] * 7, "jointRanges": [4.0] * 7, "restPoses": rest}
+        compiled = script.calculateInverseKinematics(arm, 6, goal, **more)
+        assert chains[6].compiled is not None
+        chains.clear()
+        with monkeypatch.context() as without:
+            without.setattr(embedded_link, "chain", no_chain)
+            plain = script.calculateInverseKinematics(arm, 6, goal, **more)
+            assert chains[6].compiled is None
+        chains.clear()
+        assert compiled == pytest.approx(plain, abs=1e-8), (case, more)
 
 
 def test_limits_of_a_call_are_kept(script: ModuleType) -> None:
