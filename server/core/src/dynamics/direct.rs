@@ -27,7 +27,6 @@ mod newton;
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES, factorisation_cost};
 use crate::dynamics::constraint::contact::ContactRows;
-use crate::dynamics::constraint::contact_law::{SLIP_TOLERANCE, TOLERANCE};
 use crate::dynamics::constraint::link_rows::LinkRows;
 use crate::dynamics::constraint::{Constraints, Row};
 use crate::dynamics::inertia::Rigid;
