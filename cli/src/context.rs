@@ -4,15 +4,14 @@
 mod tests;
 
 use std::{
-    collections::BTreeMap,
-    env, fs, io,
+    env, fs,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context as _, bail};
-use serde::Deserialize;
 use simd_client::replace_file;
 
+use crate::configuration::{Configuration, Daemon, configuration_path, read};
 use crate::{failure, options::Options, text_file};
 
 /// The daemon's address if none is given.

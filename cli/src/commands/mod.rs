@@ -200,9 +200,8 @@ fn ended(client: &Client) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory as _;
-
     use super::*;
+    use crate::output::Format;
 
     #[test]
     fn the_command_line_is_well_formed() {

@@ -11,11 +11,12 @@ mod textures;
 
 use std::collections::HashMap;
 
-use super::{Format, Translation, describe_with, translate};
+use super::{Format, Translation};
 use crate::assets::{Asset, Assets};
 use crate::limits::LoadLimits;
 use crate::report::{Finding, LoadReport, Severity};
 use crate::robot::{Joint, Link, RobotModel, Sha256};
+use crate::translate::{describe_with, translate};
 use crate::urdf::{ReadOptions, read};
 
 /// Files by URI.

@@ -15,7 +15,8 @@ mod srdf;
 
 use std::collections::HashMap;
 
-use super::{Asset, Assets, Description, ReadOptions, Refused, read};
+use super::{Description, ReadOptions, Refused, read};
+use crate::assets::{Asset, Assets};
 use crate::limits::LoadLimits;
 use crate::report::{Disposition, Finding, LoadReport, Severity};
 use crate::robot::{Joint, RobotModel, Sha256};
