@@ -26,6 +26,7 @@ mod lockstep;
 mod lockstep_group;
 mod looks;
 mod markers;
+mod method_walk;
 mod metrics;
 mod others_robots;
 mod owners;

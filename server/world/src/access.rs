@@ -1,7 +1,7 @@
 //! Access control: tokens of clients, and the role that each method requires.
 //!
 //! * Here: whether a call is allowed.
-//! * `methods`: the role of each method, and the objects that it concerns.
+//! * `methods`: the role of each method, the objects that it concerns, and the claims that refuse it.
 //! * `file`: the tokens in the operator's file.
 
 mod file;
@@ -20,7 +20,7 @@ use tokio_util::sync::CancellationToken;
 
 use self::file::TokenFile;
 use self::guesses::Guesses;
-pub use self::methods::{Concern, concern_of, role_of};
+pub use self::methods::{Claims, Concern, claims_of, concern_of, role_of};
 use crate::account::Account;
 
 /// Time between two checks of the file and of expired tokens.

@@ -1,11 +1,17 @@
-//! One table of all methods: the role that each requires, and the objects that it concerns.
+//! One table of all methods: the role that each requires, the objects that it concerns, and the claims of
+//! others that refuse it.
 //!
-//! A method of the schema without a row does not compile.
+//! A method of the schema without a row does not compile. Tests walk all methods with tokens for other robots
+//! and under claims of others, and compare what they find with the table.
+
+mod schema;
 
 use std::fmt;
 
 use simd_proto::access::Role;
 use simd_proto::v1::FILE_DESCRIPTOR_SET;
+
+use self::schema::has_row_for_each_method;
 
 /// Objects that a method changes, or reveals about people: a token for some robots only allows methods on
 /// those.
@@ -35,29 +41,71 @@ impl fmt::Display for Concern {
     }
 }
 
-/// Methods of a service with the same role and concern.
-type Row = (&'static str, Role, Concern, &'static [&'static str]);
+/// Claims of other clients that refuse a method. The world judges them, since it knows what is claimed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Claims {
+    /// None.
+    None,
+    /// Those on the joints that it names, and on their robots.
+    Joints,
+    /// Those on the robots that it names, and on their joints.
+    Robots,
+    /// Those on the world.
+    World,
+    /// Those on the world, and any other if the caller has not claimed the world.
+    All,
+}
+
+impl fmt::Display for Claims {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::None => "none",
+            Self::Joints => "of its joints",
+            Self::Robots => "of its robots",
+            Self::World => "of the world",
+            Self::All => "all",
+        })
+    }
+}
+
+/// Methods of a service with the same role, concern and claims.
+#[derive(Debug)]
+struct Row(&'static str, Role, Concern, Claims, &'static [&'static str]);
 
 const ROWS: &[Row] = &[
-    ("CameraService", Role::Viewer, Concern::Nothing, &["ListCameras", "GetPicture", "GetMesh"]),
+    Row(
+        "CameraService",
+        Role::Viewer,
+        Concern::Nothing,
+        Claims::None,
+        &["ListCameras", "GetPicture", "GetMesh"],
+    ),
     // Taking pictures uses the renderers' time, and renderers determine what controllers see.
-    ("CameraService", Role::Operator, Concern::Nothing, &["TakePicture"]),
-    ("CameraService", Role::Operator, Concern::Camera, &["NextPicture", "PutPicture"]),
-    ("ClientService", Role::Viewer, Concern::Nothing, &["ListClients"]),
-    ("ConstraintService", Role::Viewer, Concern::Nothing, &["ListConstraints"]),
-    ("ConstraintService", Role::Operator, Concern::Robots, &["CreateConstraint"]),
-    // Their names do not identify the robots.
-    ("ConstraintService", Role::Operator, Concern::World, &["ChangeConstraint", "DeleteConstraint"]),
-    (
+    Row("CameraService", Role::Operator, Concern::Nothing, Claims::None, &["TakePicture"]),
+    Row("CameraService", Role::Operator, Concern::Camera, Claims::None, &["NextPicture", "PutPicture"]),
+    Row("ClientService", Role::Viewer, Concern::Nothing, Claims::None, &["ListClients"]),
+    Row("ConstraintService", Role::Viewer, Concern::Nothing, Claims::None, &["ListConstraints"]),
+    Row("ConstraintService", Role::Operator, Concern::Robots, Claims::Robots, &["CreateConstraint"]),
+    // Their names do not identify the robots. The world knows these, so that claims are judged.
+    Row(
+        "ConstraintService",
+        Role::Operator,
+        Concern::World,
+        Claims::Robots,
+        &["ChangeConstraint", "DeleteConstraint"],
+    ),
+    Row(
         "ContactService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &["GetContacts", "CastRays", "GetClosestPoints", "FindOverlaps", "CastShape", "GetLinkBounds"],
     ),
-    (
+    Row(
         "EntityService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &[
             "ListEntities",
             "GetEntityInfo",
@@ -69,37 +117,48 @@ const ROWS: &[Row] = &[
             "GetCollisionFilter",
         ],
     ),
-    ("EntityService", Role::Operator, Concern::Robots, &["ApplyLinkWrench", "PullLink", "SetEntityState"]),
-    (
+    Row(
+        "EntityService",
+        Role::Operator,
+        Concern::Robots,
+        Claims::Robots,
+        &["ApplyLinkWrench", "PullLink", "SetEntityState"],
+    ),
+    Row(
         "EntityService",
         Role::Admin,
         Concern::Nothing,
+        Claims::None,
         &["PrepareDescription", "ExpandXacro", "UploadAsset", "ValidateDescription"],
     ),
-    (
+    // A new robot has no claims.
+    Row(
         "EntityService",
         Role::Admin,
         Concern::Robots,
-        &[
-            "SpawnEntity",
-            "SpawnEntityWithProgress",
-            "ReloadEntity",
-            "DeleteEntity",
-            "SetLinkProperties",
-            "SetCollisionFilter",
-        ],
+        Claims::None,
+        &["SpawnEntity", "SpawnEntityWithProgress"],
     ),
-    ("EventService", Role::Viewer, Concern::Nothing, &["WatchEvents", "NextEvents"]),
-    (
+    Row(
+        "EntityService",
+        Role::Admin,
+        Concern::Robots,
+        Claims::Robots,
+        &["ReloadEntity", "DeleteEntity", "SetLinkProperties", "SetCollisionFilter"],
+    ),
+    Row("EventService", Role::Viewer, Concern::Nothing, Claims::None, &["WatchEvents", "NextEvents"]),
+    Row(
         "JointService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &["GetJointLayout", "GetJointStates", "NextJointStates", "WatchJointStates", "ListTrajectories"],
     ),
-    (
+    Row(
         "JointService",
         Role::Operator,
         Concern::Robots,
+        Claims::Joints,
         &[
             "SetJointTargets",
             "FollowTrajectory",
@@ -111,11 +170,12 @@ const ROWS: &[Row] = &[
         ],
     ),
     // Its secret proves who holds the claim.
-    ("JointService", Role::Operator, Concern::Nothing, &["ReleaseJoints"]),
-    (
+    Row("JointService", Role::Operator, Concern::Nothing, Claims::None, &["ReleaseJoints"]),
+    Row(
         "KinematicsService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &[
             "GetLinkStates",
             "GetJointReactions",
@@ -125,36 +185,47 @@ const ROWS: &[Row] = &[
             "ComputeInverseKinematics",
         ],
     ),
-    (
+    Row(
         "ParameterService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &["GetParameters", "NextParameters", "WatchParameters"],
     ),
-    // They concern the robots that they are bound to.
-    ("ParameterService", Role::Operator, Concern::Robots, &["AddParameter", "SetParameters"]),
-    ("ParameterService", Role::Operator, Concern::Nothing, &["RemoveParameters"]),
-    (
+    // They concern the robots that they are bound to. A slider without moves sets no target.
+    Row("ParameterService", Role::Operator, Concern::Robots, Claims::None, &["AddParameter"]),
+    Row("ParameterService", Role::Operator, Concern::Robots, Claims::Joints, &["SetParameters"]),
+    Row("ParameterService", Role::Operator, Concern::Nothing, Claims::None, &["RemoveParameters"]),
+    Row(
         "RecordingService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &["ListRecordings", "GetRecording", "ReadRecording"],
     ),
-    ("RecordingService", Role::Operator, Concern::World, &["StartRecording", "StopRecording"]),
-    ("RecordingService", Role::Admin, Concern::World, &["DeleteRecording"]),
+    Row(
+        "RecordingService",
+        Role::Operator,
+        Concern::World,
+        Claims::None,
+        &["StartRecording", "StopRecording"],
+    ),
+    Row("RecordingService", Role::Admin, Concern::World, Claims::None, &["DeleteRecording"]),
     // It changes nothing, but uses the machine's time.
-    ("RolloutService", Role::Operator, Concern::Nothing, &["Rollout"]),
-    (
+    Row("RolloutService", Role::Operator, Concern::Nothing, Claims::None, &["Rollout"]),
+    Row(
         "SensorService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &["ListSensors", "GetSensorReadings", "NextSensorReadings", "WatchSensorReadings"],
     ),
-    ("SensorService", Role::Operator, Concern::Robots, &["CreateSensor", "DeleteSensor"]),
-    (
+    Row("SensorService", Role::Operator, Concern::Robots, Claims::Robots, &["CreateSensor", "DeleteSensor"]),
+    Row(
         "SimulationService",
         Role::Viewer,
         Concern::Nothing,
+        Claims::None,
         &[
             "GetSimulatorInfo",
             "GetSimulationState",
@@ -164,153 +235,56 @@ const ROWS: &[Row] = &[
             "ListLockstepMembers",
         ],
     ),
-    (
+    // Saved states have owners. A member leaves by its secret.
+    Row(
         "SimulationService",
         Role::Admin,
         Concern::World,
-        &[
-            "SetSimulationState",
-            "StepSimulation",
-            "JoinLockstep",
-            "LeaveLockstep",
-            "ResetSimulation",
-            "SetPhysics",
-            "SaveState",
-            "RestoreState",
-            "DeleteSavedState",
-            "ExportSavedState",
-            "ImportSavedState",
-        ],
+        Claims::None,
+        &["LeaveLockstep", "SaveState", "DeleteSavedState", "ExportSavedState", "ImportSavedState"],
     ),
-    ("ViewService", Role::Viewer, Concern::Nothing, &["ListMarkers", "NextView", "GetCameras"]),
-    // A marker without a robot belongs to the world.
-    ("ViewService", Role::Operator, Concern::Robots, &["AddMarkers", "SetLinkColors"]),
-    ("ViewService", Role::Operator, Concern::Nothing, &["DeleteMarkers", "ReportView"]),
+    Row("SimulationService", Role::Admin, Concern::World, Claims::World, &["StepSimulation", "JoinLockstep"]),
+    Row(
+        "SimulationService",
+        Role::Admin,
+        Concern::World,
+        Claims::All,
+        &["SetSimulationState", "ResetSimulation", "SetPhysics", "RestoreState"],
+    ),
+    Row(
+        "ViewService",
+        Role::Viewer,
+        Concern::Nothing,
+        Claims::None,
+        &["ListMarkers", "NextView", "GetCameras"],
+    ),
+    // A marker without a robot belongs to the world. Pages draw for people: no claim forbids it.
+    Row("ViewService", Role::Operator, Concern::Robots, Claims::None, &["AddMarkers", "SetLinkColors"]),
+    Row("ViewService", Role::Operator, Concern::Nothing, Claims::None, &["DeleteMarkers", "ReportView"]),
     // Asking for keys makes pages report them.
-    ("ViewService", Role::Operator, Concern::Pages, &["SetCamera", "NextInput"]),
+    Row("ViewService", Role::Operator, Concern::Pages, Claims::None, &["SetCamera", "NextInput"]),
 ];
 
-const _: () = assert!(has_row_for_each_method(FILE_DESCRIPTOR_SET), "a method of the schema has no row here");
+const _: () =
+    assert!(has_row_for_each_method(FILE_DESCRIPTOR_SET, ROWS), "a method of the schema has no row here");
 
 fn row_of(service: &str, method: &str) -> Option<&'static Row> {
-    ROWS.iter().find(|(of, _, _, methods)| *of == service && methods.contains(&method))
+    ROWS.iter().find(|Row(of, .., methods)| *of == service && methods.contains(&method))
 }
 
 /// Returns the role that a method requires. A method outside of the table requires the highest.
 pub fn role_of(service: &str, method: &str) -> Role {
-    row_of(service, method).map_or(Role::Admin, |(_, role, _, _)| *role)
+    row_of(service, method).map_or(Role::Admin, |Row(_, role, ..)| *role)
 }
 
 /// Returns the objects that a method concerns. A method outside of the table concerns the world.
 pub fn concern_of(service: &str, method: &str) -> Concern {
-    row_of(service, method).map_or(Concern::World, |(_, _, concern, _)| *concern)
+    row_of(service, method).map_or(Concern::World, |Row(_, _, concern, ..)| *concern)
 }
 
-/// Returns whether each method of a compiled schema has a row. It reads the fields of a `FileDescriptorSet`
-/// that name methods. Their numbers are 1 for files, 6 for a file's services, 2 for a service's methods, and
-/// 1 for names.
-const fn has_row_for_each_method(schema: &[u8]) -> bool {
-    let mut set = Fields::of(schema);
-    while let Some((number, file)) = set.next() {
-        if number != 1 {
-            continue;
-        }
-        let mut file = Fields::of(file);
-        while let Some((number, service)) = file.next() {
-            if number == 6 && !has_row_for_each_method_of(service) {
-                return false;
-            }
-        }
-    }
-    true
-}
-
-const fn has_row_for_each_method_of(service: &[u8]) -> bool {
-    let (mut fields, name) = (Fields::of(service), name_of(service));
-    while let Some((number, method)) = fields.next() {
-        if number == 2 && !has_row(name, name_of(method)) {
-            return false;
-        }
-    }
-    true
-}
-
-const fn name_of(message: &[u8]) -> &[u8] {
-    let mut fields = Fields::of(message);
-    while let Some((number, name)) = fields.next() {
-        if number == 1 {
-            return name;
-        }
-    }
-    &[]
-}
-
-const fn has_row(service: &[u8], method: &[u8]) -> bool {
-    let mut row = 0;
-    while row < ROWS.len() {
-        let (of, _, _, methods) = &ROWS[row];
-        let mut index = 0;
-        while index < methods.len() {
-            if is_equal(of.as_bytes(), service) && is_equal(methods[index].as_bytes(), method) {
-                return true;
-            }
-            index += 1;
-        }
-        row += 1;
-    }
-    false
-}
-
-const fn is_equal(mut a: &[u8], mut b: &[u8]) -> bool {
-    while let ([first, rest @ ..], [other, others @ ..]) = (a, b) {
-        if *first != *other {
-            return false;
-        }
-        (a, b) = (rest, others);
-    }
-    a.is_empty() && b.is_empty()
-}
-
-/// Fields of a message that are texts or messages.
-struct Fields<'m>(&'m [u8]);
-
-impl<'m> Fields<'m> {
-    const fn of(message: &'m [u8]) -> Self {
-        Self(message)
-    }
-
-    /// Returns the number of the next field, and its bytes; `None` for a numeric field.
-    const fn next(&mut self) -> Option<(u64, &'m [u8])> {
-        if self.0.is_empty() {
-            return None;
-        }
-        let key = self.varint();
-        let length = match key & 7 {
-            0 => {
-                self.varint();
-                0
-            }
-            1 => 8,
-            5 => 4,
-            _ => self.varint() as usize,
-        };
-        let (bytes, rest) = self.0.split_at(length);
-        self.0 = rest;
-        Some((key >> 3, if key & 7 == 2 { bytes } else { &[] }))
-    }
-
-    const fn varint(&mut self) -> u64 {
-        let (mut value, mut shift) = (0, 0);
-        while let [byte, rest @ ..] = self.0 {
-            self.0 = rest;
-            value |= ((*byte & 0x7f) as u64) << shift;
-            if *byte < 0x80 {
-                break;
-            }
-            shift += 7;
-        }
-        value
-    }
+/// Returns the claims of others that refuse a method. A method outside of the table is refused by all.
+pub fn claims_of(service: &str, method: &str) -> Claims {
+    row_of(service, method).map_or(Claims::All, |Row(_, _, _, claims, _)| *claims)
 }
 
 #[cfg(test)]
@@ -322,21 +296,10 @@ mod tests {
     #[test]
     fn every_method_of_the_schema_has_one_row() {
         for (service, method, _) in methods::all() {
-            let rows = ROWS.iter().filter(|(of, _, _, names)| *of == service && names.contains(&method));
+            let rows = ROWS.iter().filter(|Row(of, .., names)| *of == service && names.contains(&method));
             assert_eq!(rows.count(), 1, "{service}/{method}");
         }
-        let named: usize = ROWS.iter().map(|(_, _, _, names)| names.len()).sum();
+        let named: usize = ROWS.iter().map(|Row(.., names)| names.len()).sum();
         assert_eq!(named, methods::all().count(), "the table has no method that the schema lacks");
-    }
-
-    #[test]
-    fn a_method_without_a_row_is_found() {
-        // A file with the service "S", which has a method "M".
-        let method = [0x12, 3, 0x0a, 1, b'M'];
-        let service = [&[0x0a, 1, b'S'][..], &method].concat();
-        let file = [&[0x32, service.len() as u8][..], &service].concat();
-        let schema = [&[0x0a, file.len() as u8][..], &file].concat();
-        assert!(!has_row_for_each_method(&schema));
-        assert!(has_row_for_each_method(&[]));
     }
 }
