@@ -293,3 +293,21 @@ async fn a_renderer_says_in_a_sentence_why_it_does_not_start() {
     assert_eq!(said.code, 1);
     assert!(said.err.contains("no Vulkan device is here: install the driver"), "{}", said.err);
 }
+
+#[tokio::test]
+async fn a_renderer_ends_with_its_stdin_if_asked() {
+    let daemon = Process::start(["--paused"]).await;
+    let client = daemon.client().await;
+    let home = Home::new();
+    let mut command = home.command(binaries().join("simd-camera"));
+    command.args(["--endpoint", &daemon.endpoint, "--name", "child", "--until-stdin-closes"]);
+    let mut child = command.stdin(std::process::Stdio::piped()).spawn().unwrap();
+    let known = async {
+        while client.list_cameras().await.unwrap().renderers.is_empty() {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    soon("a renderer", known).await;
+    drop(child.stdin.take());
+    assert!(soon("its end", child.wait()).await.unwrap().success());
+}

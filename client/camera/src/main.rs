@@ -21,11 +21,12 @@ mod scene;
 mod task;
 mod work;
 
-use std::io::{IsTerminal as _, Write as _};
+use std::io::{self, IsTerminal as _, Write as _};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
 use clap::Parser as _;
+use tokio::sync::oneshot;
 use tracing_subscriber::EnvFilter;
 
 use draw::Renderer;
@@ -41,7 +42,7 @@ fn main() -> ExitCode {
     let options = Options::parse();
     if options.man {
         // If stdout is closed, the error cannot be reported.
-        let _ = options::write_manual(&mut std::io::stdout());
+        let _ = options::write_manual(&mut io::stdout());
         return ExitCode::SUCCESS;
     }
     log();
@@ -50,7 +51,7 @@ fn main() -> ExitCode {
         Err(error) => {
             let sentence = format!("{error:#}");
             // If stderr is closed, the error cannot be reported.
-            let _ = writeln!(std::io::stderr(), "simd-camera: {}", simd_client::printable_lines(&sentence));
+            let _ = writeln!(io::stderr(), "simd-camera: {}", simd_client::printable_lines(&sentence));
             ExitCode::FAILURE
         }
     }
@@ -60,9 +61,9 @@ fn main() -> ExitCode {
 fn log() {
     let filter =
         EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,simd_camera=info"));
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr);
     // Colours only for terminals.
-    log.with_ansi(std::io::stderr().is_terminal()).init();
+    log.with_ansi(io::stderr().is_terminal()).init();
 }
 
 fn run(options: &Options) -> anyhow::Result<()> {
@@ -86,6 +87,19 @@ fn run(options: &Options) -> anyhow::Result<()> {
         tokio::select! {
             ended = work::run(work, drawing) => ended,
             interrupted = tokio::signal::ctrl_c() => Ok(interrupted?),
+            closed = end_of_stdin(), if options.until_stdin_closes => Ok(closed?),
         }
     })
+}
+
+/// Reads stdin to its end on a separate thread, which the process does not wait for.
+async fn end_of_stdin() -> io::Result<()> {
+    let (ended, end) = oneshot::channel();
+    std::thread::Builder::new().name("simd-stdin".into()).spawn(move || {
+        let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+        let _ = ended.send(());
+    })?;
+    // If the thread ends without a word, stdin cannot be read either.
+    let _ = end.await;
+    Ok(())
 }

@@ -48,6 +48,9 @@ pub(crate) struct Options {
     /// Smooth the edges of colours [default: true on a GPU, false on a software renderer]
     #[arg(long, value_name = "true|false")]
     pub(crate) smooth: Option<bool>,
+    /// Exit when stdin closes: for a program that starts a renderer
+    #[arg(long)]
+    pub(crate) until_stdin_closes: bool,
     /// Exit after one picture
     #[arg(long)]
     pub(crate) once: bool,

@@ -12,7 +12,7 @@ import pytest
 
 import simd_client.pybullet as pybullet
 from simd_client import embedded_link
-from simd_client.pybullet import daemon_process
+from simd_client.pybullet import daemon_process, renderer
 from simd_client.pybullet.daemon_process import DaemonProcess
 
 REPOSITORY = Path(__file__).resolve().parents[4]
@@ -42,9 +42,10 @@ def binary() -> str:
 
 
 @pytest.fixture(autouse=True)
-def nothing_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No test connects to an unrelated running daemon."""
+def nothing_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """No test connects to an unrelated running daemon, or starts a renderer that it does not name."""
     monkeypatch.delenv("SIMD_ENDPOINT", raising=False)
+    monkeypatch.setenv(renderer.VARIABLE, str(tmp_path / "no renderer"))
 
 
 # In these, others join the script's world: pages, renderers, clients.

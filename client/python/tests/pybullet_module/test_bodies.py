@@ -36,6 +36,7 @@ def test_a_box_weighs_what_it_is_given_and_has_a_boxs_inertia(script: ModuleType
 
 def test_a_box_falls_as_semi_implicit_euler_says(script: ModuleType) -> None:
     body = box(script, 2.0)
+    script.changeDynamics(body, -1, linearDamping=0, angularDamping=0)
     script.setGravity(0, 0, -9.81)
     for _ in range(24):
         script.stepSimulation()
@@ -219,6 +220,7 @@ def test_friction_against_rolling_and_spinning_is_the_daemons(script: ModuleType
 def test_a_force_acts_for_one_step_at_its_place(script: ModuleType, frame: int) -> None:
     """At the centre of mass it only pushes: v = h F / m; a torque only rotates: w = h T / I."""
     body = box(script, 2.0)
+    script.changeDynamics(body, -1, linearDamping=0, angularDamping=0)
     place = (0.0, 0.0, 3.0) if frame == pybullet.WORLD_FRAME else (0.0, 0.0, 0.0)
     script.applyExternalForce(body, -1, [0, 4, 0], place, frame)
     script.stepSimulation()

@@ -79,6 +79,7 @@ def test_two_boxes_hold_each_other_as_pybullets_do(bullet: Any, script: ModuleTy
 def test_a_force_that_is_not_enough_lets_a_box_down(script: ModuleType) -> None:
     script.setGravity(0, 0, -10)
     box = _box(script, (0, 0, 1))
+    script.changeDynamics(box, -1, linearDamping=0, angularDamping=0)
     made = script.createConstraint(box, -1, -1, -1, script.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0], [0, 0, 1])
     script.changeConstraint(made, maxForce=3)
     _run(script)

@@ -56,3 +56,25 @@ def test_joints_are_put_elsewhere_by_arrays(bullet: Any, script: ModuleType, cha
         assert [number for state in states for number in state[:2]] == pytest.approx([0.1, 1.0, 0.2, 2.0, 0.3, 3.0])
         p.resetJointStatesMultiDof(body, [0, 1, 2], values)
         assert [state[1] for state in p.getJointStates(body, range(3))] == [0.0] * 3
+
+
+@pytest.mark.parametrize("force", [1e5, 3.0])
+def test_no_velocity_target_is_beyond_a_hundred(bullet: Any, script: ModuleType, chain: str, force: float) -> None:
+    """Bullet's highest velocity of a joint, also with a target far above it, and after another of `changeDynamics`."""
+    found: list[list[float]] = []
+    for p in (bullet, script):
+        body = p.loadURDF(chain, useFixedBase=1, flags=p.URDF_USE_INERTIA_FROM_FILE)
+        for link in range(-1, 3):
+            p.changeDynamics(body, link, linearDamping=0, angularDamping=0)
+        speeds: list[float] = []
+        for target, fastest in ((300.0, None), (-250.0, None), (300.0, 120.0), (90.0, None)):
+            if fastest is not None:
+                p.changeDynamics(body, 0, maxJointVelocity=fastest)
+            p.setJointMotorControl2(body, 0, p.VELOCITY_CONTROL, targetVelocity=target, force=force)
+            for _ in range(40):
+                p.resetJointState(body, 0, 0.0, p.getJointState(body, 0)[1])
+                p.stepSimulation()
+            speeds.append(p.getJointState(body, 0)[1])
+        found.append(speeds)
+    assert found[1] == pytest.approx(found[0], rel=2e-3, abs=2e-2)
+    assert force < 1e5 or found[1][:3] == pytest.approx([100.0, -100.0, 120.0], rel=1e-3)

@@ -135,9 +135,6 @@ def test_a_pole_swings_as_pybullets(bullet: Any, script: ModuleType, tmp_path: P
     for p in (bullet, script):
         body = p.loadURDF(str(file), useFixedBase=1)
         p.setGravity(0, 0, -9.81)
-        if p is bullet:
-            p.changeDynamics(body, 0, linearDamping=0, angularDamping=0)
-            p.changeDynamics(body, -1, linearDamping=0, angularDamping=0)
         p.setJointMotorControl2(body, 0, p.VELOCITY_CONTROL, force=0)
         p.resetJointState(body, 0, 0.2)
         angles.append([])

@@ -60,6 +60,7 @@ def test_where_links_and_bases_are_comes_with_the_step_once_they_were_read(
     ball = script.createMultiBody(
         1.0, script.createCollisionShape(script.GEOM_SPHERE, radius=0.1), -1, [3, 0, 9]
     )
+    script.changeDynamics(ball, -1, linearDamping=0)
     script.setGravity(0, 0, -9.81)
     script.getLinkState(arm, 6)
     calls.clear()
@@ -220,6 +221,7 @@ def test_gains_follow_the_time_step(script: ModuleType) -> None:
 def test_a_torque_lasts_one_step(script: ModuleType) -> None:
     """One step of torque gives the velocity h torque / inertia, and none after."""
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    script.changeDynamics(arm, -1, linearDamping=0, angularDamping=0)
     script.setJointMotorControl2(arm, 0, script.VELOCITY_CONTROL, force=0)
     script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.01)
     script.stepSimulation()

@@ -91,6 +91,7 @@ def test_an_error_belongs_to_its_call_and_leaves_nothing_behind(script: ModuleTy
 
 def test_any_time_step_that_is_positive_is_taken(script: ModuleType, cube: int, capfd: pytest.CaptureFixture[str]) -> None:
     script.setGravity(0, 0, -10)
+    script.changeDynamics(cube, -1, linearDamping=0)
     script.setTimeStep(0.5)
     script.stepSimulation()
     # Half a second in one step of the script.

@@ -19,7 +19,8 @@ from pathlib import Path
 
 from . import constants, shape_inertia
 from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
-from .primitives import Primitive, plane, rpy
+from .origins import set_pose, text_of
+from .primitives import Primitive, plane
 from .rotations import compose, inverse, rotate
 from .shape_inertia import Shape
 
@@ -262,7 +263,7 @@ class _Reader:
         rgba = geom.get("rgba", defaults.rgba)
         for what in ("visual", "collision"):
             own = ElementTree.SubElement(element, what)
-            _origin(own, pose)
+            set_pose(own, pose)
             ElementTree.SubElement(own, "geometry").append(shape)
             if what == "visual" and rgba and self._has_colors:
                 ElementTree.SubElement(ElementTree.SubElement(own, "material", name=rgba), "color", rgba=rgba)
@@ -275,12 +276,12 @@ class _Reader:
         link.center = ORIGIN
         if kind == "plane":
             flat = plane((0.0, 0.0, 1.0))
-            return ElementTree.Element("box", size=_text(flat.size)), compose(pose, flat.pose)
+            return ElementTree.Element("box", size=text_of(flat.size)), compose(pose, flat.pose)
         if kind == "box":
             x, y, z = (2.0 * side for side in (size if len(size) == 3 else (1.0, 1.0, 1.0)))
             link.volume += x * y * z
             link.shapes.append(Shape(Primitive(constants.GEOM_BOX, (x, y, z), pose)))
-            return ElementTree.Element("box", size=_text((x, y, z))), pose
+            return ElementTree.Element("box", size=text_of((x, y, z))), pose
         if kind == "sphere" and size:
             link.volume += 4.0 / 3.0 * math.pi * size[0] ** 3
             link.shapes.append(Shape(Primitive(constants.GEOM_SPHERE, (size[0],), pose)))
@@ -343,7 +344,7 @@ def _link(model: Model, name: str | None) -> ElementTree.Element:
 
 def _join(model: Model, name: str, kind: str, parent: str, child: str, at: Pose) -> ElementTree.Element:
     joint = ElementTree.SubElement(model.robot, "joint", name=name, type=kind)
-    _origin(joint, at)
+    set_pose(joint, at)
     ElementTree.SubElement(joint, "parent", link=parent)
     ElementTree.SubElement(joint, "child", link=child)
     return joint
@@ -358,7 +359,7 @@ def _weigh(link: _Link, inertial: ElementTree.Element | None) -> Pose | None:
         return None
     x, y, z = shape_inertia.inertia_of(mass, frame, link.shapes, shape_inertia.MARGIN, 0.0)
     made = ElementTree.SubElement(link.element, "inertial")
-    _origin(made, frame)
+    set_pose(made, frame)
     ElementTree.SubElement(made, "mass", value=repr(mass))
     ElementTree.SubElement(made, "inertia", ixx=repr(x), iyy=repr(y), izz=repr(z), ixy="0", ixz="0", iyz="0")
     return frame
@@ -396,11 +397,3 @@ def _numbers(text: str) -> list[float]:
     """Parses numbers like Bullet: only the beginning of a text such as `0.13/2`."""
     found = (_NUMBER.match(each) for each in text.split())
     return [float(each[0]) if each else 0.0 for each in found]
-
-
-def _text(values: tuple[float, ...]) -> str:
-    return " ".join(map(repr, values))
-
-
-def _origin(parent: ElementTree.Element, pose: Pose) -> None:
-    ElementTree.SubElement(parent, "origin", xyz=_text(pose[0]), rpy=_text(rpy(pose[1])))

@@ -15,6 +15,7 @@ from simd_client.endpoint import DEFAULT_ENDPOINT, ENVIRONMENT
 from . import constants, daemon_process, page
 from .daemon_process import DaemonProcess
 from .errors import error
+from .renderer import Renderer
 from .sliders import Sliders
 from .wire import NoDaemon, Wire
 from .world import World
@@ -40,6 +41,8 @@ _WITH_WINDOW = {
 _BY_ADDRESS = {constants.UDP, constants.TCP}
 # Address of the page of a world in this process, if the port is free.
 _PAGE = "127.0.0.1:7400"
+# Options of the connection, and the renderer's for the same.
+_RENDERER_FLAGS = {"--tls-ca": "--tls-ca", "--tls-cert": "--tls-client-cert", "--tls-key": "--tls-client-key"}
 # PyBullet's number: client and server of different numbers are incompatible.
 _API_VERSION = 202010061
 
@@ -73,7 +76,7 @@ def _forked() -> None:
     """Called in a forked process: worlds belong to the parent, and their numbers are free here."""
     global _numbers
     _inherited.extend((*_worlds.values(), *_children.values()))
-    for child in _children.values():
+    for child in (*_children.values(), *(world.renderer for world in _worlds.values())):
         child.forked()
     _worlds.clear()
     _children.clear()
@@ -122,7 +125,6 @@ def connect(
     # The script's own options come last, and take precedence.
     words = [*_words(os.environ.get(OPTIONS, "")), *_words(str(options or ""))]
     given = {word.partition("=")[0]: word.partition("=")[2] for word in words}
-    new = "--new" in words
     named = endpoint or given.get("--endpoint")
     own = tls.authority(given.get("--tls-ca"), given.get("--tls-cert"), given.get("--tls-key"))
     if named is None and host is not None and method in (constants.TCP, constants.UDP):
@@ -132,22 +134,23 @@ def connect(
         number = next(free for free in range(len(used) + 1) if free not in used)
         _taken.add(number)
     try:
-        _open(number, method, words, new, named, own)
+        _open(number, method, given, named, own)
     finally:
         _taken.discard(number)
     return number
 
 
 def _open(
-    number: int, method: int, words: list[str], new: bool, named: str | None, certificates: dict[str, object]
+    number: int, method: int, given: dict[str, str], named: str | None, certificates: dict[str, object]
 ) -> None:
-    """Opens the connection with this number."""
+    """Opens the connection with this number, with the values of options by their names."""
+    new = "--new" in given
     child: DaemonProcess | None = None
     wire: Wire | None = None
     is_named = bool(named or os.environ.get(ENVIRONMENT))
     is_free = not new and not is_named
     is_own = is_free and method not in _BY_ADDRESS and embedded_link.is_installed()
-    if "--embedded" in words or is_own:
+    if "--embedded" in given or is_own:
         wire = Wire.embedded()
     elif method == constants.DIRECT and is_free and _has_default():
         child = _another()
@@ -160,10 +163,11 @@ def _open(
     if wire is None:
         child = child or daemon_process.start()
         wire = Wire.open(child.endpoint)
-    world = World(wire, method, Sliders(wire), child is not None or wire.is_embedded)
+    renderer = Renderer(wire, [f"{theirs}={given[own]}" for own, theirs in _RENDERER_FLAGS.items() if own in given])
+    world = World(wire, method, Sliders(wire), renderer, child is not None or wire.is_embedded)
     world.number = number
-    world.removes_robots = "--remove-robots" in words
-    world.keeps_limits, world.keeps_mimic = "--limits" in words, "--mimic" in words
+    world.removes_robots = "--remove-robots" in given
+    world.keeps_limits, world.keeps_mimic = "--limits" in given, "--mimic" in given
     try:
         world.begin()
     except BaseException:

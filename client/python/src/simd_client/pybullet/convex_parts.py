@@ -16,7 +16,7 @@ from simd_client.proto import (
 )
 from simd_client.proto import Base as WireBase
 
-from . import meshes
+from . import meshes, spawning
 from .arguments import UPRIGHT
 from .connections import connected
 from .errors import error
@@ -83,7 +83,7 @@ def _divided(world: World, mesh: meshes.Mesh) -> list[_Part]:
     shape = f'<geometry><mesh filename="{mesh.uri}"/></geometry>'
     urdf = f'<robot name="vhacd"><link name="mesh"><collision>{shape}</collision></link></robot>'.encode()
     files = {mesh.uri: mesh.sha256}
-    world.wire.send(urdf, files, {mesh.sha256: mesh.data})
+    spawning.send(world.wire, urdf, files, {mesh.sha256: mesh.data})
     request = SpawnEntityRequest(
         source=DescriptionSource(urdf=urdf, assets=files),
         allow_renaming=True,
@@ -104,7 +104,7 @@ def _divided(world: World, mesh: meshes.Mesh) -> list[_Part]:
 
 
 def _part(world: World, collider: Shape) -> _Part:
-    lines = [line.split() for line in world.wire.file(collider.convex.sha256).decode().splitlines()]
+    lines = [line.split() for line in spawning.file(world.wire, collider.convex.sha256).decode().splitlines()]
     at, turn = collider.pose.position, collider.pose.orientation
     pose = ((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
     vertices = [

@@ -6,9 +6,8 @@ import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 
-from .arguments import ORIGIN, UPRIGHT, Pose, Vector
-from .rotations import from_euler
-
+from .arguments import ORIGIN, UPRIGHT, Pose
+from .origins import pose_of
 
 # Characters allowed around a document.
 _BLANK = b" \t\r\n\0"
@@ -106,19 +105,11 @@ def parse(urdf: bytes) -> ElementTree.Element | None:
 
 
 def _frame(link: ElementTree.Element, scale: float) -> Pose:
-    origin = link.find("inertial/origin")
-    if origin is None:
+    inertial = link.find("inertial")
+    if inertial is None:
         return ORIGIN, UPRIGHT
-    x, y, z = _numbers(origin.get("xyz"))
-    return (x * scale, y * scale, z * scale), from_euler(*_numbers(origin.get("rpy")))
-
-
-def _numbers(text: str | None) -> Vector:
-    try:
-        x, y, z = map(float, (text or "0 0 0").split())
-    except ValueError:
-        return ORIGIN
-    return (x, y, z)
+    (x, y, z), turn = pose_of(inertial)
+    return (x * scale, y * scale, z * scale), turn
 
 
 def _is_number(text: str) -> bool:

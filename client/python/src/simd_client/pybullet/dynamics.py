@@ -16,7 +16,7 @@ from simd_client.proto import (
 )
 from simd_client.surface import Surface
 
-from . import beyond, descriptions, shape_inertia
+from . import beyond, descriptions, shape_inertia, spawning
 from .arguments import Vector, vector
 from .bodies import Body, put_limits
 from .connections import connected
@@ -41,6 +41,8 @@ _SURFACE_FIELDS = {
     "rollingFriction": "rolling_friction",
     "spinningFriction": "spinning_friction",
 }
+# Damping of the links, and the daemon's names.
+_DAMPING_FIELDS = {"linearDamping": "linear_damping", "angularDamping": "angular_damping"}
 # PyBullet's default contact parameters.
 _CONTACT = {
     "contactDamping": -1.0,
@@ -50,8 +52,6 @@ _CONTACT = {
 # Kept for getDynamicsInfo; only springs of contacts have an effect.
 _KEPT = (
     *_CONTACT,
-    "linearDamping",
-    "angularDamping",
     "frictionAnchor",
     "ccdSweptSphereRadius",
     "contactProcessingThreshold",
@@ -61,6 +61,7 @@ _KEPT = (
 )
 # The daemon's names of springs of contacts.
 _SPRING_RANGE = 1e-3, 1e12
+_MOST_DAMPING = 1e6
 _SPRING = {"contactStiffness": "contact_stiffness", "contactDamping": "contact_damping"}
 _MULTI_BODY = 2
 
@@ -144,7 +145,8 @@ def changeDynamics(
     physicsClientId: int = 0,
 ) -> None:
     """Sets mass, inertia, friction and restitution of a link, damping and limits of the joint to its parent,
-    and springs of its contacts. Sets the maximum velocity of all joints of the body, rad/s or m/s. A mass
+    and springs of its contacts. Sets linear and angular damping of all links of the body, 1/s, and the maximum
+    velocity of all joints, rad/s or m/s. A mass
     without localInertiaDiagonal sets the inertia of the shape, about the centre of mass. Other settings of
     Bullet's solver are kept for getDynamicsInfo, with one warning."""
     given = dict(locals())
@@ -160,15 +162,18 @@ def changeDynamics(
             surface[field] = _of_spring(float(given[name]))
     if surface:
         _set_surface(world, body, linkIndex, surface)
+    damping = {
+        field: min(float(given[name]), _MOST_DAMPING)
+        for name, field in _DAMPING_FIELDS.items()
+        if given[name] is not None and given[name] >= 0.0
+    }
+    if damping:
+        of_all = {link: replace(body.surfaces.get(link, Surface()), **damping) for link in body.link_indices}
+        world.set_surfaces(body, of_all)
     kept = {name: given[name] for name in _KEPT if given[name] is not None}
     if kept:
         body.kept.setdefault(linkIndex, {}).update(kept)
-        # Bodies here move without damping.
-        idle = [
-            name
-            for name, value in kept.items()
-            if name not in _SPRING and name != "activationState" and (value or name not in ("linearDamping", "angularDamping"))
-        ]
+        idle = [name for name in kept if name not in _SPRING and name != "activationState"]
         if idle:
             world.say_once(f"changeDynamics: {', '.join(idle)} are kept, and do nothing")
     if activationState is not None:
@@ -293,7 +298,7 @@ def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal
     if mass and index == -1 and body.fixed:
         respawn(world, body, "changeDynamics", fixed=False, pose=world.root(body)[0], urdf=text)
         return
-    entity = world.wire.reload(body.robot, text, body.files)
+    entity = spawning.reload(world.wire, body.robot, text, body.files)
     world.replaced(body, entity, body.frames, text)
 
 

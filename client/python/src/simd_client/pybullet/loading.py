@@ -12,13 +12,13 @@ from simd_client.expansion import is_xacro
 from simd_client.proto import EntityInfo
 from simd_client.surface import Surface
 
-from . import constants, data, descriptions, filters, finding, shape_inertia
+from . import constants, data, descriptions, filters, finding, load_flags, shape_inertia, spawning
 from .arguments import UPRIGHT, Function, quaternion, vector
 from .connections import connected, search_paths
 from .descriptions import Description
 from .errors import error
 from .finding import BulletLocator
-from .wire import Spawn
+from .spawning import Spawn
 from .world import World
 
 # Flags without effect, or for simd's normal behaviour.
@@ -36,6 +36,10 @@ _GRANTED = (
     | constants.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
     | constants.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS
     | constants.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
+    # Bodies at rest sleep, and what is touched wakes.
+    | constants.URDF_ENABLE_SLEEPING
+    | constants.URDF_ENABLE_WAKEUP
+    | load_flags.APPLIED
 )
 # For links without friction in their description.
 _FRICTION = 0.5
@@ -70,8 +74,9 @@ def loadURDF(
     """Loads a robot from this disk with its root link's frame at a pose. Returns its number."""
     world = connected(physicsClientId)
     path = found(world, fileName, "Cannot load URDF file.")
-    if flags & ~_GRANTED:
-        world.say_once(f"loadURDF: flags {flags & ~_GRANTED} have no effect")
+    ignored = load_flags.names(flags & ~_GRANTED)
+    if ignored:
+        world.say_once(f"loadURDF: {ignored} {'has' if ', ' not in ignored else 'have'} no effect")
     try:
         urdf = descriptions.separated(path.read_bytes())
     except OSError as problem:
@@ -81,6 +86,7 @@ def loadURDF(
         if read_as:
             more = f", and {len(read_as) - _MOST_SAID} more" if len(read_as) > _MOST_SAID else ""
             world.say_once(f"loadURDF: {fileName}: {'; '.join(read_as[:_MOST_SAID])}{more}")
+        urdf = load_flags.applied(urdf, flags, bool(useFixedBase))
     description = descriptions.read(urdf, globalScaling)
     spawn = Spawn(
         position=vector(basePosition, "basePosition needs 3 coordinates [x,y,z]."),
@@ -90,6 +96,7 @@ def loadURDF(
         fixed=True if useFixedBase or description.massless_root else None,
         scale=globalScaling,
         self_collision=bool(flags & constants.URDF_USE_SELF_COLLISION),
+        damped=load_flags.is_damped(world, "loadURDF", useMaximalCoordinates, len(description.links)),
     )
     try:
         urdf, (entity, files, paths) = _loaded(world, path, urdf, spawn, flags)
@@ -112,18 +119,18 @@ def _loaded(
     description."""
     locator = BulletLocator(path, search_paths(world))
     if is_xacro(path) or not spawn.scale > 0.0:
-        return urdf, world.wire.load(path, spawn, locator)
+        return urdf, spawning.load(world.wire, path, spawn, locator)
     _check_meshes(urdf, locator)
     from_file = bool(flags & constants.URDF_USE_INERTIA_FROM_FILE)
     are_round = bool(flags & constants.URDF_USE_IMPLICIT_CYLINDER)
     edited = shape_inertia.as_in_pybullet(urdf, _locate(locator), spawn.scale, from_file, are_round, world.keeps_mimic)
     try:
-        return edited, world.wire.load(path, spawn, locator, edited)
+        return edited, spawning.load(world.wire, path, spawn, locator, edited)
     except error as refusal:
         if not refusal.reason:
             raise
     # Errors are reported by the lines of the file.
-    return urdf, world.wire.load(path, spawn, locator)
+    return urdf, spawning.load(world.wire, path, spawn, locator)
 
 
 def _check_meshes(urdf: bytes, locator: BulletLocator) -> None:

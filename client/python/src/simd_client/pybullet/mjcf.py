@@ -12,12 +12,12 @@ from pathlib import Path
 from simd_client.proto import Base, DescriptionSource, EntityInfo, SetCollisionFilterRequest, methods
 from simd_client.surface import Surface
 
-from . import beyond, bullet_mjcf, constants, descriptions, filters, finding
+from . import beyond, bullet_mjcf, constants, descriptions, filters, finding, spawning
 from .connections import connected, search_paths
 from .errors import error
 from .finding import BulletLocator
 from .loading import default_surfaces, found, settled
-from .wire import Spawn
+from .spawning import Spawn
 from .world import World
 
 _REFUSAL = "Cannot load MJCF file."
@@ -56,7 +56,7 @@ def _spawned(world: World, model: bullet_mjcf.Model, flags: int) -> int:
     urdf = ElementTree.tostring(model.robot)
     sent = {uri: path.read_bytes() for uri, path in model.files.items()}
     files = {uri: hashlib.sha256(data).hexdigest() for uri, data in sent.items()}
-    world.wire.send(urdf, files, {files[uri]: data for uri, data in sent.items()})
+    spawning.send(world.wire, urdf, files, {files[uri]: data for uri, data in sent.items()})
     description = descriptions.read(urdf, 1.0)
     self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
     surfaces = default_surfaces([name for name in description.frames if name not in description.rough], None)
@@ -73,7 +73,7 @@ def _spawned(world: World, model: bullet_mjcf.Model, flags: int) -> int:
         joints=dict.fromkeys(model.beyond, 0.0),
     )
     try:
-        entity = world.wire.spawn(DescriptionSource(urdf=urdf, assets=files), spawn)
+        entity = spawning.spawn(world.wire, DescriptionSource(urdf=urdf, assets=files), spawn)
     except error as refusal:
         raise error(f"{_REFUSAL} {refusal}", refusal.reason) from None
     number = settled(world, entity, description, urdf, files, 1.0, surfaces)
@@ -93,14 +93,14 @@ def _loaded(world: World, path: Path, flags: int) -> tuple[int, ...]:
     self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
     locator = BulletLocator(path, search_paths(world))
     try:
-        entities, files, paths = world.wire.load_all(path, Spawn(), locator)
+        entities, files, paths = spawning.load_all(world.wire, path, Spawn(), locator)
     except error as refusal:
         raise error(f"{_REFUSAL} {refusal}", refusal.reason) from None
     for uri in locator.missing:
         print(f"simd: {path}: {finding.said(locator, uri)}; the robot is loaded without it", file=sys.stderr)
     numbers: list[int] = []
     for entity in sorted(entities, key=_moves):
-        urdf = world.wire.file(entity.description)
+        urdf = spawning.file(world.wire, entity.description)
         description = descriptions.read(urdf, 1.0)
         if not self_collision and len(entity.links) > 1:
             # MuJoCo's bodies collide within their tree; PyBullet's need a flag for that.

@@ -146,7 +146,8 @@ def law(motor: Motor, inertia: float, h: float, parts: int = 1, fastest: float =
     damping = min(STIFF * inertia / h, MOST)
     gain = max(0.0, min(motor.velocity_gain, 2.0))
     if motor.mode == constants.VELOCITY_CONTROL and gain == 1.0:
-        return Law("velocity", motor.velocity, damping=damping, feed_forward=torque, max_effort=most)
+        aim = max(-fastest, min(motor.velocity, fastest))
+        return Law("velocity", aim, damping=damping, feed_forward=torque, max_effort=most)
     rate = max(motor.position_gain, 0.0) / h if motor.mode == constants.POSITION_CONTROL else 0.0
     return Law(
         "servo",

@@ -42,6 +42,8 @@ class _Row:
     revision: int = -1
     velocity: float = 0.0
     limits: JointBounds | None = None
+    # Maximum velocity of the joint, rad/s or m/s.
+    fastest: float = motors.FASTEST
     # Dry friction of the motor, N m or N.
     friction: float = 0.0
 
@@ -175,7 +177,7 @@ class Outgoing:
         torque, mode = motor.torque, motor.mode
         if row.revision == motor.revision and row.limits is joint.limits and torque is None:
             if row.kind == "velocity":
-                row.number = motor.velocity
+                row.number = _within(motor.velocity, row.fastest)
                 return
             if row.velocity == motor.velocity:
                 row.number = motor.position
@@ -200,13 +202,13 @@ class Outgoing:
                 motor.max_velocity,
                 joint.limits[3],
             )
+        row.fastest = motors.FASTEST if joint.limits[3] is None else joint.limits[3]
         if made_of is None or made_of != row.made_of:
-            fastest = motors.FASTEST if joint.limits[3] is None else joint.limits[3]
-            self._make(row, motors.law(motor, joint.inertia, *self._step, fastest), made_of)
+            self._make(row, motors.law(motor, joint.inertia, *self._step, row.fastest), made_of)
         row.revision = motor.revision if torque is None else -1
         row.velocity, row.limits = motor.velocity, joint.limits
         if row.kind == "velocity":
-            row.number = motor.velocity
+            row.number = _within(motor.velocity, row.fastest)
         elif row.kind == "effort":
             row.number = torque or 0.0
         else:
@@ -218,3 +220,8 @@ class Outgoing:
         joint_target(row.joint.name, law, row.target)
         row.made_of, row.kind, row.friction = made_of, law.kind, law.friction
         row.part = getattr(row.target, law.kind)
+
+
+def _within(value: float, most: float) -> float:
+    """Returns the value, or the bound that is beyond it."""
+    return value if -most <= value <= most else most if value > most else -most

@@ -1,5 +1,5 @@
 """PyBullet's pictures: colours, depth buffer and segmentation, in the form of its TinyRenderer. A renderer
-such as `simd-camera` draws them; without a renderer they are empty."""
+draws them. The first picture starts `simd-camera` if there is none. Without one they are empty."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import picture
-from simd_client.proto import PicturePlanes, TakePictureRequest, methods
+from simd_client.proto import PicturePlanes, TakePictureRequest, TakePictureResponse, methods
 
 from .arguments import vector
 from .connections import connected
@@ -24,6 +24,8 @@ _MOST_PIXELS = 4096
 _LIGHT = (-50.0, 30.0, 100.0)
 # Maximum wall seconds for a picture.
 _TIMEOUT = 60.0
+# Maximum number of tries: a renderer may go between its start and the picture.
+_TRIES = 3
 
 _Picture = tuple[int, int, Any, Any, Any]
 
@@ -74,12 +76,8 @@ def getCameraImage(
         light=picture.light_to_proto(light),
         timeout=_TIMEOUT,
     )
-    try:
-        answer = world.wire.call(methods.TakePicture, request)
-    except error as refusal:
-        if refusal.reason != "NO_RENDERER":
-            raise
-        world.say_once(f"getCameraImage: pictures are empty: {refusal}")
+    answer = _taken(world, request)
+    if answer is None:
         return _empty(columns, rows)
     seen = picture.picture_from_proto(answer.picture)
     if seen.color is None or seen.depth is None:
@@ -88,6 +86,22 @@ def getCameraImage(
     colours[:, :, :3] = seen.color
     bodies = _bodies(world, seen, bool(asked & ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX))
     return columns, rows, colours, depth_buffer(seen.depth, seen.projection), bodies
+
+
+def _taken(world: World, request: TakePictureRequest) -> TakePictureResponse | None:
+    """Returns the picture, or `None` without a renderer that can be started."""
+    reason: str | None = ""
+    for _ in range(_TRIES):
+        try:
+            return world.wire.call(methods.TakePicture, request)
+        except error as refusal:
+            if refusal.reason != "NO_RENDERER":
+                raise
+        reason = world.renderer.start()
+        if reason is not None:
+            break
+    world.say_once(f"getCameraImage: pictures are empty: {reason or 'renderers come and go'}")
+    return None
 
 
 def renderImage(width: int, height: int, *camera: Any) -> _Picture:

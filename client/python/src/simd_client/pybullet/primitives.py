@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
 from .meshes import Mesh
+from .origins import set_pose, text_of
 from .rotations import compose, inverse, matrix
 
 # Size of a plane's sides, metres; a plane of PyBullet has no end.
@@ -125,7 +126,7 @@ def urdf(name: str, parts: Sequence[Part]) -> bytes:
 def _link(robot: ElementTree.Element, part: Part) -> None:
     link = ElementTree.SubElement(robot, "link", name=part.name)
     inertial = ElementTree.SubElement(link, "inertial")
-    _origin(inertial, part.inertia)
+    set_pose(inertial, part.inertia)
     ElementTree.SubElement(inertial, "mass", value=repr(part.mass))
     x, y, z = _inertia(part)
     ElementTree.SubElement(
@@ -169,20 +170,20 @@ def box_at(pose: Pose, shape: Primitive) -> tuple[list[float], list[float]]:
 
 
 def _shape(parent: ElementTree.Element, shape: Primitive) -> None:
-    _origin(parent, shape.pose)
+    set_pose(parent, shape.pose)
     geometry = ElementTree.SubElement(parent, "geometry")
     if shape.kind == constants.GEOM_SPHERE:
         ElementTree.SubElement(geometry, "sphere", radius=repr(shape.size[0]))
     elif shape.kind == constants.GEOM_BOX:
-        ElementTree.SubElement(geometry, "box", size=_text(shape.size))
+        ElementTree.SubElement(geometry, "box", size=text_of(shape.size))
     elif shape.mesh is not None:
-        ElementTree.SubElement(geometry, "mesh", filename=shape.mesh.uri, scale=_text(shape.size))
+        ElementTree.SubElement(geometry, "mesh", filename=shape.mesh.uri, scale=text_of(shape.size))
     else:
         tag = "capsule" if shape.kind == constants.GEOM_CAPSULE else "cylinder"
         ElementTree.SubElement(geometry, tag, radius=repr(shape.size[0]), length=repr(shape.size[1]))
     if shape.color is not None and parent.tag == "visual":
         material = ElementTree.SubElement(parent, "material", name="")
-        ElementTree.SubElement(material, "color", rgba=_text(shape.color))
+        ElementTree.SubElement(material, "color", rgba=text_of(shape.color))
 
 
 def _joint(robot: ElementTree.Element, part: Part) -> None:
@@ -192,29 +193,11 @@ def _joint(robot: ElementTree.Element, part: Part) -> None:
         constants.JOINT_FIXED: "fixed",
     }
     joint = ElementTree.SubElement(robot, "joint", name=part.joint, type=types[part.type])
-    _origin(joint, part.pose)
+    set_pose(joint, part.pose)
     ElementTree.SubElement(joint, "parent", link=part.parent)
     ElementTree.SubElement(joint, "child", link=part.name)
     if part.type != constants.JOINT_FIXED:
-        ElementTree.SubElement(joint, "axis", xyz=_text(part.axis))
+        ElementTree.SubElement(joint, "axis", xyz=text_of(part.axis))
         if part.type == constants.JOINT_PRISMATIC:
             # URDF requires a limit here; all zeros mean none.
             ElementTree.SubElement(joint, "limit", lower="0", upper="0", effort="0", velocity="0")
-
-
-def _origin(parent: ElementTree.Element, pose: Pose) -> None:
-    if pose != (ORIGIN, UPRIGHT):
-        ElementTree.SubElement(parent, "origin", xyz=_text(pose[0]), rpy=_text(rpy(pose[1])))
-
-
-def rpy(turn: Quaternion) -> Vector:
-    """Returns roll, pitch and yaw of URDF, also for a pitch of 90 degrees."""
-    m = matrix(turn)
-    pitch = math.asin(max(-1.0, min(1.0, -m[2][0])))
-    if abs(m[2][0]) > 1.0 - 1e-12:
-        return (0.0, pitch, math.atan2(-m[0][1], m[1][1]))
-    return (math.atan2(m[2][1], m[2][2]), pitch, math.atan2(m[1][0], m[0][0]))
-
-
-def _text(values: Sequence[float]) -> str:
-    return " ".join(repr(float(value)) for value in values)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from simd_client.proto import DeleteEntityRequest, DescriptionSource, ResetJointsRequest, methods
 from simd_client.surface import Surface
 
-from . import filters
+from . import filters, spawning
 from .arguments import Pose
 from .bodies import Body
 from .errors import unsupported
-from .wire import Spawn
+from .spawning import Spawn
 from .world import World
 
 
@@ -26,6 +26,7 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
     balls = [joint for joint in body.joints if joint.ball is not None]
     orientations = {j.name: states.position[j.position_index : j.position_index + 4] for j in balls}
     spins = {j.name: states.velocity[j.velocity_index : j.velocity_index + 3] for j in balls}
+    properties = world.link_properties(body).links
     world.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
     spawn = Spawn(
         *pose,
@@ -35,8 +36,9 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
         joints=positions,
         self_collision=body.self_collision,
         divided=body.divided,
+        damped=any(link.linear_damping or link.angular_damping for link in properties),
     )
-    entity = world.wire.spawn(DescriptionSource(urdf=text, assets=body.files), spawn)
+    entity = spawning.spawn(world.wire, DescriptionSource(urdf=text, assets=body.files), spawn)
     # As in PyBullet, regardless of the base's earlier groups.
     adapt = filters.of_the_world if fixed else filters.of_what_moves
     body.surfaces[body.base_link] = adapt(body.surfaces.get(body.base_link, Surface()))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from simd_client import proto
 from simd_client.proto import GetJointLayoutRequest, RestoreStateRequest, SetJointPropertiesRequest, methods
 
-from . import beyond, constants, filters, put_back
+from . import beyond, constants, filters, put_back, spawning
 from .bodies import Body, limits_of
 from .constraints import gear_position
 from .respawn import respawn
@@ -91,7 +91,7 @@ def _put_model(world: World, before: Body, now: Body) -> Body:
         pose = world.root(now)[0]
         respawn(world, now, "restoreState", fixed=before.fixed, pose=pose, urdf=before.urdf)
     else:
-        entity = world.wire.reload(now.robot, before.urdf, before.files)
+        entity = spawning.reload(world.wire, now.robot, before.urdf, before.files)
         world.replaced(now, entity, before.frames, before.urdf)
     return world.bodies[before.unique_id]
 

@@ -13,14 +13,15 @@ from pathlib import Path
 
 from simd_client.proto import DescriptionSource
 
-from . import descriptions, shape_inertia
+from . import descriptions, load_flags, shape_inertia, spawning
 from .arguments import ORIGIN, UPRIGHT, Pose, Vector, vector
 from .connections import connected, search_paths
 from .errors import error, unsupported
 from .loading import found, settled
-from .primitives import plane, rpy
+from .origins import set_pose
+from .primitives import plane
 from .rotations import compose, from_euler, inverse
-from .wire import Spawn
+from .spawning import Spawn
 from .world import World
 
 _JOINTS = ("revolute", "prismatic", "fixed", "continuous", "spherical")
@@ -45,7 +46,6 @@ def loadSDF(
     sdfFileName: str, useMaximalCoordinates: int = 0, globalScaling: float = 1.0, physicsClientId: int = 0
 ) -> tuple[int, ...]:
     """Loads the models of an SDF file. Returns their numbers."""
-    del useMaximalCoordinates
     world = connected(physicsClientId)
     refusal = "Cannot load SDF file."
     path = found(world, sdfFileName, refusal)
@@ -61,10 +61,10 @@ def loadSDF(
     models = [_model(world, path, each, scale) for each in document.iter("model")]
     if not models:
         raise error(f"{refusal} {path} has no model")
-    return tuple(_spawned(world, model) for model in models)
+    return tuple(_spawned(world, model, useMaximalCoordinates) for model in models)
 
 
-def _spawned(world: World, model: Model) -> int:
+def _spawned(world: World, model: Model, has_maximal_coordinates: int) -> int:
     scale = model.scale
     sent: dict[str, bytes] = {}
     files: dict[str, str] = {}
@@ -72,14 +72,16 @@ def _spawned(world: World, model: Model) -> int:
         data = path.read_bytes()
         files[uri] = hashlib.sha256(data).hexdigest()
         sent[files[uri]] = data
-    world.wire.send(model.urdf, files, sent)
+    spawning.send(world.wire, model.urdf, files, sent)
     position: Vector = (model.pose[0][0] * scale, model.pose[0][1] * scale, model.pose[0][2] * scale)
-    spawn = Spawn(position, model.pose[1], fixed=model.fixed, scale=scale)
+    description = descriptions.read(model.urdf, scale)
+    damped = load_flags.is_damped(world, "loadSDF", has_maximal_coordinates, len(description.links))
+    spawn = Spawn(position, model.pose[1], fixed=model.fixed, scale=scale, damped=damped)
     try:
-        entity = world.wire.spawn(DescriptionSource(urdf=model.urdf, assets=files), spawn)
+        entity = spawning.spawn(world.wire, DescriptionSource(urdf=model.urdf, assets=files), spawn)
     except error as refusal:
         raise error(f"Cannot load SDF file. {refusal}", refusal.reason) from None
-    number = settled(world, entity, descriptions.read(model.urdf, scale), model.urdf, files, scale)
+    number = settled(world, entity, description, model.urdf, files, scale)
     body = world.bodies[number]
     body.paths, body.shape_margin = {uri: str(path) for uri, path in model.files.items()}, shape_inertia.MARGIN
     return number
@@ -106,6 +108,7 @@ def _model(world: World, path: Path, model: ElementTree.Element, scale: float) -
             child = joint.findtext("child", "").strip()
             at = compose(inverse(_pose(links[parent])), _pose(links[child]))
             _joint(urdf, joint, parent, child, at, scale)
+    load_flags.show_collisions(urdf)
     made.urdf = shape_inertia.as_in_pybullet(ElementTree.tostring(urdf), made.files.get, scale)
     return made
 
@@ -115,7 +118,7 @@ def _link(world: World, path: Path, model: Model, urdf: ElementTree.Element, lin
     inertial = link.find("inertial")
     if inertial is not None:
         own = ElementTree.SubElement(made, "inertial")
-        _origin(own, _pose(inertial))
+        set_pose(own, _pose(inertial))
         ElementTree.SubElement(own, "mass", value=inertial.findtext("mass", "1").strip())
         moments = {name: inertial.findtext(f"inertia/{name}", "0").strip() for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
         ElementTree.SubElement(own, "inertia", moments)
@@ -128,7 +131,7 @@ def _link(world: World, path: Path, model: Model, urdf: ElementTree.Element, lin
                 continue
             geometry, pose = made_of
             own = ElementTree.SubElement(made, what)
-            _origin(own, compose(_pose(shape), pose))
+            set_pose(own, compose(_pose(shape), pose))
             own.append(geometry)
             color = shape.findtext("material/diffuse")
             if what == "visual" and color is not None:
@@ -196,7 +199,7 @@ def _joint(
         # The daemon scales lengths; in an SDF Bullet leaves these unchanged.
         lower, upper, velocity = lower / scale, upper / scale, velocity / scale
     made = ElementTree.SubElement(urdf, "joint", name=joint.get("name", ""), type=kind)
-    _origin(made, at)
+    set_pose(made, at)
     ElementTree.SubElement(made, "parent", link=parent)
     ElementTree.SubElement(made, "child", link=child)
     if kind in ("fixed", "spherical"):
@@ -219,12 +222,6 @@ def _pose(element: ElementTree.Element) -> Pose:
     except ValueError:
         raise error(f"Cannot load SDF file. A pose has 6 numbers, and not `{text.strip()}`") from None
     return (x, y, z), from_euler(roll, pitch, yaw)
-
-
-def _origin(parent: ElementTree.Element, pose: Pose) -> None:
-    x, y, z = pose[0]
-    a, b, c = rpy(pose[1])
-    ElementTree.SubElement(parent, "origin", xyz=f"{x!r} {y!r} {z!r}", rpy=f"{a!r} {b!r} {c!r}")
 
 
 __all__ = ["loadSDF"]

@@ -17,8 +17,9 @@ from . import constants, descriptions, meshes
 from .arguments import ORIGIN, UPRIGHT, Pose, Vector
 from .errors import error
 from .meshes import Mesh
+from .origins import number_of, numbers_of, pose_of
 from .primitives import Primitive, box_at, of_box
-from .rotations import compose, from_euler, inverse
+from .rotations import compose, inverse
 
 Locate = Callable[[str], Path | None]
 """Maps the URI of a mesh to its file."""
@@ -74,10 +75,10 @@ def as_in_pybullet(
             inertial = ElementTree.SubElement(link, "inertial")
             ElementTree.SubElement(inertial, "mass", value="1")
             ElementTree.SubElement(inertial, "inertia", ixx="1", iyy="1", izz="1")
-        mass = _number(inertial.find("mass"), "value")
+        mass = number_of(inertial.find("mass"), "value")
         if mass is None or mass <= 0.0:
             continue
-        scaling = _number(link.find("contact/inertia_scaling"), "value") or 1.0
+        scaling = number_of(link.find("contact/inertia_scaling"), "value") or 1.0
         if from_file:
             # The daemon scales inertias with the lengths, and Bullet does not.
             _multiply(inertial, scaling / scale**2)
@@ -106,7 +107,7 @@ def of_link(
     if len(known) < len(shapes):
         return None
     inertial = link.find("inertial")
-    center = (ORIGIN, UPRIGHT) if inertial is None else _pose(inertial)
+    center = (ORIGIN, UPRIGHT) if inertial is None else pose_of(inertial)
     try:
         return inertia_of(mass, center, known, margin, margin)
     except ArithmeticError:
@@ -117,7 +118,7 @@ def of_link(
 def _multiply(inertial: ElementTree.Element, factor: float) -> None:
     for inertia in inertial.iterfind("inertia"):
         for name in inertia.keys():
-            moment = _number(inertia, name)
+            moment = number_of(inertia, name)
             if moment is not None and factor != 1.0:
                 inertia.set(name, repr(moment * factor))
 
@@ -152,11 +153,11 @@ def _shape(collision: ElementTree.Element, locate: Locate, has_round_cylinders: 
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None:
         return None
-    pose = _pose(collision)
+    pose = pose_of(collision)
     if shape.tag == "mesh":
         path = locate(shape.get("filename", ""))
         bounds = None if path is None else bounds_of(path)
-        scale = _numbers(shape.get("scale", "1 1 1"))
+        scale = numbers_of(shape.get("scale", "1 1 1"))
         if len(scale) == 1:
             scale *= 3
         if path is None or bounds is None or len(scale) != 3:
@@ -166,9 +167,9 @@ def _shape(collision: ElementTree.Element, locate: Locate, has_round_cylinders: 
         # An OBJ file is a shape of several hulls.
         return hull(lower, upper, pose, 3.0 if path.suffix.lower() == ".obj" else 2.0)
     if shape.tag == "box":
-        size = _numbers(shape.get("size", ""))
+        size = numbers_of(shape.get("size", ""))
         return Shape(Primitive(constants.GEOM_BOX, tuple(size), pose)) if len(size) == 3 else None
-    radius, length = _number(shape, "radius"), _number(shape, "length")
+    radius, length = number_of(shape, "radius"), number_of(shape, "length")
     if shape.tag == "sphere" and radius is not None:
         return Shape(Primitive(constants.GEOM_SPHERE, (radius,), pose))
     if radius is None or length is None:
@@ -196,28 +197,3 @@ def _bounds(path: Path, changed: int) -> Bounds | None:
     except (error, NotImplementedError):
         return None
     return mesh.lower, mesh.upper
-
-
-def _pose(element: ElementTree.Element) -> Pose:
-    """Returns the pose of its `origin`."""
-    origin = element.find("origin")
-    if origin is None:
-        return ORIGIN, UPRIGHT
-    return _vector(origin.get("xyz")), from_euler(*_vector(origin.get("rpy")))
-
-
-def _vector(text: str | None) -> Vector:
-    numbers = _numbers(text or "")
-    return (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else ORIGIN
-
-
-def _numbers(text: str) -> list[float]:
-    try:
-        return [float(each) for each in text.split()]
-    except ValueError:
-        return []
-
-
-def _number(element: ElementTree.Element | None, name: str) -> float | None:
-    numbers = _numbers("" if element is None else element.get(name, ""))
-    return numbers[0] if len(numbers) == 1 else None

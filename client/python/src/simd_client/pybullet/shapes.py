@@ -8,7 +8,7 @@ from typing import Any
 
 from simd_client.proto import DescriptionSource
 
-from . import constants, descriptions, filters, meshes, terrain
+from . import constants, descriptions, filters, load_flags, meshes, spawning, terrain
 from .arguments import ORIGIN, UPRIGHT, Color, Pose, indices, quaternion, rgba, vector
 from .connections import connected
 from .errors import error, unsupported
@@ -16,7 +16,7 @@ from .loading import default_surfaces, found, settled
 from .meshes import Mesh
 from .primitives import Part, Primitive, plane, urdf
 from .rotations import compose
-from .wire import Spawn
+from .spawning import Spawn
 from .world import World
 
 _KINDS = {
@@ -296,7 +296,6 @@ def createMultiBody(
 ) -> int | tuple[int, ...]:
     """Makes a body of shapes, fixed to the world if its base has no mass. Only flags of self-collision have
     an effect. Returns its number, or one number for each of batchPositions."""
-    del useMaximalCoordinates
     world = connected(physicsClientId)
     base = _part(
         world,
@@ -327,7 +326,7 @@ def createMultiBody(
     touched = {shape.mesh.uri: shape.mesh for part in parts for shape in part.collisions if shape.mesh}
     used = {**drawn, **touched}
     files = {uri: mesh.sha256 for uri, mesh in used.items()}
-    world.wire.send(text, files, {mesh.sha256: mesh.data for mesh in used.values()})
+    spawning.send(world.wire, text, files, {mesh.sha256: mesh.data for mesh in used.values()})
     orientation = quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w].")
     surfaces = default_surfaces([part.name for part in parts], base.name if baseMass == 0.0 else None)
     description = descriptions.read(text, 1.0)
@@ -336,6 +335,7 @@ def createMultiBody(
     positions: Any = batchPositions if is_batch else (basePosition,)
     is_divided = any(mesh.is_concave for mesh in touched.values())
     self_collision = bool(flags & constants.URDF_USE_SELF_COLLISION)
+    damped = load_flags.is_damped(world, "createMultiBody", useMaximalCoordinates, len(parts))
     spawns = [
         Spawn(
             position=vector(position, "basePosition needs 3 coordinates [x,y,z]."),
@@ -344,10 +344,11 @@ def createMultiBody(
             self_collision=self_collision,
             divided=is_divided,
             surfaces=surfaces,
+            damped=damped,
         )
         for position in positions
     ]
-    for entity in world.wire.spawn_all(DescriptionSource(urdf=text, assets=files), spawns):
+    for entity in spawning.spawn_all(world.wire, DescriptionSource(urdf=text, assets=files), spawns):
         number = settled(world, entity, description, text, files, 1.0, surfaces)
         body = world.bodies[number]
         body.paths, body.divided = {uri: mesh.file for uri, mesh in used.items()}, is_divided

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import meshes
+from . import meshes, spawning
 from .errors import error, unsupported
 from .world import World
 
@@ -68,8 +68,8 @@ def replace(world: World, function: str, number: int, heights: Any, rows: int, c
         assert body.urdf is not None
         text = body.urdf.replace(old.uri.encode(), mesh.uri.encode())
         files = {uri: sha256 for uri, sha256 in body.files.items() if uri != old.uri} | {mesh.uri: mesh.sha256}
-        world.wire.send(text, files, {mesh.sha256: mesh.data})
-        entity = world.wire.reload(body.robot, text, files)
+        spawning.send(world.wire, text, files, {mesh.sha256: mesh.data})
+        entity = spawning.reload(world.wire, body.robot, text, files)
         made = world.replaced(body, entity, body.frames, text)
         made.files = files
         made.paths = {uri: file for uri, file in body.paths.items() if uri != old.uri} | {mesh.uri: mesh.file}

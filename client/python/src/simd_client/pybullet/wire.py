@@ -5,42 +5,19 @@ from __future__ import annotations
 import os
 import socket
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import islice
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 
 from simd_client import keys
-from simd_client.assets import Locator
 from simd_client.blocking.connection import Connection
-from simd_client.blocking.upload import fetch_file, upload_files
-from simd_client.description_files import PART_BYTES, DescriptionFiles
 from simd_client.embedded_link import EmbeddedLink, KeptStep, RobotNumbers, open_embedded
 from simd_client.endpoint import DEFAULT_ENDPOINT, EMBEDDED, ENVIRONMENT, read_endpoint
 from simd_client.errors import EndpointError, SimdError, Unavailable
 from simd_client.link import Link, Subscription
 from simd_client.open_link import open_link
 from simd_client.method import Method, Reply, Request
-from simd_client.proto import (
-    AssetState,
-    Base,
-    DescriptionSource,
-    EntityInfo,
-    GetParametersRequest,
-    JointStates,
-    MeshShapes,
-    ParameterList,
-    PrepareDescriptionRequest,
-    ReloadEntityRequest,
-    SpawnEntityRequest,
-    SpawnEntityResponse,
-    UploadAssetRequest,
-    methods,
-)
-from simd_client.surface import Surface, surfaces_to_proto
+from simd_client.proto import GetParametersRequest, JointStates, ParameterList, methods
 
 from . import page
-from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
 from .daemon_process import BODIES
 from .errors import error
 
@@ -48,10 +25,6 @@ from .errors import error
 _CONNECT = 3.0
 # Default wall seconds that a call waits for its answer.
 _TIMEOUT = 10.0
-# Additional wall seconds for reading a description: meshes become hulls then.
-_READING = 120.0
-# Robots spawned in one round trip: the daemon lets 32 descriptions of one client wait.
-_AT_ONCE = 16
 # Wall seconds after which the copy of the parameters is fetched again.
 _REFRESH = 0.5
 
@@ -62,26 +35,6 @@ class NoDaemon(Exception):
     def __init__(self, message: str, named: bool) -> None:
         super().__init__(message)
         self.named = named
-
-
-@dataclass(frozen=True)
-class Spawn:
-    """Options of a robot at its spawn."""
-
-    position: Vector = ORIGIN
-    orientation: Quaternion = UPRIGHT
-    # `None`: fixed if the root link is called `world`.
-    fixed: bool | None = None
-    scale: float = 1.0
-    # Empty: the description's name.
-    name: str = ""
-    # rad or m by joint; the others start at zero.
-    joints: dict[str, float] = field(default_factory=dict[str, float])
-    self_collision: bool = False
-    # Whether its collision meshes become convex parts, and not their hulls.
-    divided: bool = False
-    # Surfaces of links, instead of the description's.
-    surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
 
 
 class Wire:
@@ -246,87 +199,6 @@ class Wire:
         except SimdError as problem:
             raise error(str(problem), problem.reason) from None
 
-    # Robots.
-
-    def load(
-        self, path: Path, spawn: Spawn, locator: Locator, urdf: bytes | None = None
-    ) -> tuple[EntityInfo, dict[str, str], dict[str, str]]:
-        """Spawns a robot from this disk, with the file's description or other text in its place. Returns it
-        with the hashes of its files, and with their paths, by URI."""
-        entities, hashes, paths = self.load_all(path, spawn, locator, urdf)
-        return entities[0], hashes, paths
-
-    def load_all(
-        self, path: Path, spawn: Spawn, locator: Locator, urdf: bytes | None = None
-    ) -> tuple[list[EntityInfo], dict[str, str], dict[str, str]]:
-        """Like `spawn_file`, for a file that may describe several robots."""
-        try:
-            files = DescriptionFiles(path, None, locator=locator)
-            if urdf is not None:
-                files.urdf = urdf
-            source = upload_files(self._connection, files)
-        except (SimdError, OSError) as problem:
-            raise error(str(problem), getattr(problem, "reason", "")) from None
-        paths = {uri: str(files.paths[sha256]) for uri, sha256 in files.hashes.items()}
-        answer = self._spawn(source, spawn)
-        return [answer.entity, *answer.others], dict(source.assets), paths
-
-    def send(self, urdf: bytes, hashes: Mapping[str, str], files: Mapping[str, bytes]) -> None:
-        """Sends the files of a description that the daemon lacks, with their hashes by URI and their bytes by
-        hash."""
-        if not hashes:
-            return
-        request = PrepareDescriptionRequest(urdf=urdf, assets=hashes)
-        assets = self.call(methods.PrepareDescription, request).assets
-        lacking = {hashes[asset.uri] for asset in assets if asset.state == AssetState.ASSET_STATE_LACKING}
-        for sha256 in sorted(lacking):
-            data = files[sha256]
-            for offset in range(0, len(data), PART_BYTES):
-                part = data[offset : offset + PART_BYTES]
-                self.call(
-                    methods.UploadAsset,
-                    UploadAssetRequest(sha256=sha256, total_bytes=len(data), offset=offset, data=part),
-                )
-
-    def file(self, sha256: str) -> bytes:
-        """Returns a file of the daemon."""
-        try:
-            return fetch_file(self._connection, sha256)
-        except SimdError as problem:
-            raise error(str(problem), problem.reason) from None
-
-    def spawn(self, source: DescriptionSource, spawn: Spawn) -> EntityInfo:
-        """Spawns a robot."""
-        return self._spawn(source, spawn).entity
-
-    def spawn_all(self, source: DescriptionSource, spawns: Iterable[Spawn]) -> list[EntityInfo]:
-        """Spawns several robots of one description, many at a time. Returns them in the order of `spawns`.
-
-        Raises:
-            error: where one is refused; others of them may be there.
-        """
-        self.before()
-        requests = iter([_spawn_request(source, spawn) for spawn in spawns])
-        entities: list[EntityInfo] = []
-        while part := list(islice(requests, _AT_ONCE)):
-            if len(part) == 1:
-                entities.append(self.call(methods.SpawnEntity, part[0], wait=_READING).entity)
-                continue
-            try:
-                answers = self._connection.call_all(*((methods.SpawnEntity, request) for request in part))
-            except SimdError as problem:
-                raise error(str(problem), problem.reason) from None
-            entities.extend(answer.entity for answer in answers)
-        return entities
-
-    def _spawn(self, source: DescriptionSource, spawn: Spawn) -> SpawnEntityResponse:
-        return self.call(methods.SpawnEntity, _spawn_request(source, spawn), wait=_READING)
-
-    def reload(self, robot: str, urdf: bytes, files: dict[str, str]) -> EntityInfo:
-        """Replaces the description of a robot; the daemon has its files."""
-        source = DescriptionSource(urdf=urdf, assets=files)
-        return self.call(methods.ReloadEntity, ReloadEntityRequest(robot=robot, source=source), wait=_READING).entity
-
     # Publications of the daemon.
 
     def watch_parameters(self) -> None:
@@ -391,28 +263,3 @@ def _listens(locator: str) -> bool:
             return True
     except OSError:
         return False
-
-
-def _mesh_shapes(spawn: Spawn) -> MeshShapes:
-    # Movable links use convex parts; fixed links use their triangles.
-    is_divided = spawn.divided and spawn.fixed is not True
-    return MeshShapes.MESH_SHAPES_DECOMPOSITION if is_divided else MeshShapes.MESH_SHAPES_MESH
-
-
-def _spawn_request(source: DescriptionSource, spawn: Spawn) -> SpawnEntityRequest:
-    bases = {None: Base.BASE_UNSPECIFIED, True: Base.BASE_FIXED, False: Base.BASE_FREE}
-    request = SpawnEntityRequest(
-        source=source,
-        name=spawn.name,
-        allow_renaming=True,
-        base=bases[spawn.fixed],
-        scale=spawn.scale,
-        joint_positions=spawn.joints,
-        self_collision=spawn.self_collision,
-        mesh_shapes=_mesh_shapes(spawn),
-        link_properties=surfaces_to_proto(spawn.surfaces),
-    )
-    at, turn = request.pose.position, request.pose.orientation
-    at.x, at.y, at.z = spawn.position
-    turn.x, turn.y, turn.z, turn.w = spawn.orientation
-    return request
