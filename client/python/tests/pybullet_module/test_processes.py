@@ -17,7 +17,8 @@ from simd_client import embedded_link
 
 from .conftest import WAYS
 
-SECONDS = 120.0
+# Late enough for any busy machine: a script starts up to seven interpreters.
+SECONDS = 900.0
 
 CHILDREN = """
 import multiprocessing, sys
@@ -64,6 +65,104 @@ if __name__ == "__main__":
     print(answers.get(timeout=60))
     process.join()
     print(process.exitcode, pybullet.isConnected(parent))
+"""
+
+# Environments in processes, as training libraries start them (`SubprocVecEnv` of stable-baselines3): each gets a function that
+# makes its environment, then answers commands over a pipe.
+TRAINING = """
+import multiprocessing, random
+import pybullet, pybullet_data
+from pybullet_utils.bullet_client import BulletClient
+
+COUNT, STEPS = 2, 40
+
+class Reaching:
+    def __init__(self, seed):
+        self.random = random.Random(seed)
+        self.client = BulletClient(connection_mode=pybullet.DIRECT)
+        self.client.setAdditionalSearchPath(pybullet_data.getDataPath())
+        self.client.setGravity(0, 0, -9.8)
+        self.arm = self.client.loadURDF("kuka_iiwa/model.urdf", useFixedBase=True)
+        self.steps = 0
+
+    def reset(self):
+        for joint in range(self.client.getNumJoints(self.arm)):
+            self.client.resetJointState(self.arm, joint, 0.1)
+        return self.observed()
+
+    def observed(self):
+        joints = range(self.client.getNumJoints(self.arm))
+        return [state[0] for state in self.client.getJointStates(self.arm, joints)]
+
+    def step(self, action):
+        joints = list(range(self.client.getNumJoints(self.arm)))
+        targets = [action + self.random.uniform(-0.1, 0.1) for _ in joints]
+        self.client.setJointMotorControlArray(self.arm, joints, pybullet.POSITION_CONTROL, targetPositions=targets)
+        self.client.stepSimulation()
+        self.steps += 1
+        seen = self.observed()
+        return seen, -sum(map(abs, seen)), self.steps % 15 == 0
+
+    def close(self):
+        self.client.disconnect()
+
+class Maker:
+    def __init__(self, seed):
+        self.seed = seed
+
+    def __call__(self):
+        return Reaching(self.seed)
+
+def worker(remote, parent, make):
+    parent.close()
+    environment = make()
+    while True:
+        command, data = remote.recv()
+        if command == "step":
+            seen, reward, done = environment.step(data)
+            remote.send((environment.reset() if done else seen, reward, done))
+        elif command == "reset":
+            remote.send(environment.reset())
+        else:
+            environment.close()
+            remote.close()
+            return
+
+def trained(method):
+    context = multiprocessing.get_context(method)
+    remotes, works = zip(*[context.Pipe() for _ in range(COUNT)])
+    processes = []
+    for seed, (remote, work) in enumerate(zip(remotes, works)):
+        process = context.Process(target=worker, args=(work, remote, Maker(seed)), daemon=True)
+        process.start()
+        processes.append(process)
+        work.close()
+    def ask(command, data=None):
+        for remote in remotes:
+            remote.send((command, data))
+        return [remote.recv() for remote in remotes]
+    seen = [ask("reset")]
+    for step in range(STEPS):
+        seen.append(ask("step", 0.02 * step))
+    for remote in remotes:
+        remote.send(("close", None))
+    for process in processes:
+        process.join(60)
+    return seen, [process.exitcode for process in processes]
+
+def alone():
+    environments = [Maker(seed)() for seed in range(COUNT)]
+    seen = [[environment.reset() for environment in environments]]
+    for step in range(STEPS):
+        row = [environment.step(0.02 * step) for environment in environments]
+        seen.append([(e.reset() if done else now, reward, done) for e, (now, reward, done) in zip(environments, row)])
+    return seen
+
+if __name__ == "__main__":
+    expected = alone()
+    for method in ("fork", "spawn", "forkserver"):
+        seen, codes = trained(method)
+        print(method, seen == expected, codes)
 """
 
 OTHER_PROGRAM = """
@@ -113,6 +212,13 @@ def test_children_of_all_methods_get_the_stand_in(tmp_path: Path, way: str) -> N
     ran = run(tmp_path, CHILDREN, *(["--new"] if way == "--new" else []))
     module = "simd_client.pybullet simd_client.pybullet.bullet_client 1"
     assert ran.stdout == f"fork {module}\nspawn {module}\nforkserver {module}\n", ran.stderr
+
+
+@pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
+def test_environments_in_processes_observe_what_they_observe_alone(tmp_path: Path) -> None:
+    """To the bit, whichever method started them, also when the parent has worlds of its own."""
+    ran = run(tmp_path, TRAINING)
+    assert ran.stdout == "".join(f"{method} True [0, 0]\n" for method in ("fork", "spawn", "forkserver")), ran.stderr
 
 
 def test_another_program_of_a_script_gets_the_stand_in(tmp_path: Path) -> None:
