@@ -2,7 +2,7 @@
 
     python benches/pybullet_loop.py [--turns 3000] [--robot robot.urdf]
 
-simd runs as a daemon and in this process. A turn sets the motors of all joints, steps and reads the joints'
+simd runs as a daemon, and in this process with and without a served page. A turn sets the motors of all joints, steps and reads the joints'
 states, like a controller's loop. A second run adds a box on a floor and reads the contact points. Each does
 the same number of turns, in alternating blocks, so that other load on the machine affects all of them. Needs
 PyBullet installed, perhaps the wheel `simd-embedded`, and a daemon to start: $SIMD_BINARY, or `simd` on the
@@ -57,6 +57,8 @@ def main() -> None:
             ("PyBullet SHARED_MEMORY", bullet, bullet.connect(bullet.SHARED_MEMORY)),
         ]
         if embedded_link.is_installed():
+            # A script with a window serves its page and API.
+            kinds.insert(1, ("the same, served", simd, simd.connect(simd.GUI, options="--embedded")))
             kinds.insert(1, ("simd, in this process", simd, simd.connect(simd.DIRECT, options="--embedded")))
         for with_contacts in (False, True):
             turns = [prepared(module, client, asked.robot, with_contacts) for _, module, client in kinds]

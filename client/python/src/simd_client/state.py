@@ -112,6 +112,7 @@ class RobotState(FixedAttributes):
     Arrays are in joint order, or in the order of the selection. They are created on first use.
     """
 
+    _message: proto.RobotJointStates
     sensors: Mapping[str, SensorReading[Any]]
     """Newest reading of each requested sensor that has one, by name. Each has a separate stamp."""
     stamp: Stamp
@@ -128,11 +129,14 @@ class RobotState(FixedAttributes):
         selected: Sequence[str] = (),
         sensors: Mapping[str, SensorReading[Any]] | None = None,
     ) -> None:
-        self._message = message
-        self.sensors = {} if sensors is None else sensors
-        self.stamp = stamp
-        self.layout = layout
-        self.selected = tuple(selected)
+        # Without the check of each assignment: every answer of a loop makes one of these.
+        self.__dict__.update(
+            _message=message,
+            sensors={} if sensors is None else sensors,
+            stamp=stamp,
+            layout=layout,
+            selected=tuple(selected),
+        )
 
     @property
     def robot(self) -> str:
