@@ -18,7 +18,8 @@ export default defineConfig({
     testTimeout: 300_000,
     // A browser starts slowly beside other work.
     hookTimeout: 300_000,
-    // The page fetches the clients once a second: a poll that gives up after one would fail on a busy machine.
-    expect: { poll: { timeout: 60_000 } },
+    // The page fetches the clients once a second: a poll that gives up after one would fail on a busy machine. A starved one takes half a minute
+    // for what takes a second.
+    expect: { poll: { timeout: 120_000 } },
   },
 });
