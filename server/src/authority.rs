@@ -239,7 +239,10 @@ mod tests {
         let broken = client(folder.path(), "bob").unwrap_err();
         assert!(broken.contains("ca.key is incomplete"), "{broken}");
         for name in ["", "ca", "server", "../alice", "a b", "-a", ".a"] {
-            assert!(client(folder.path(), name).unwrap_err().contains("no name of a client"), "{name}");
+            assert!(
+                client(folder.path(), name).unwrap_err().contains("is not a valid name of a client"),
+                "{name}"
+            );
         }
     }
 

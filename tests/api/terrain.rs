@@ -61,11 +61,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
             MeshShapes::Unspecified,
             "the collision mesh of 10 triangles collides by its triangles",
         ),
-        (
-            Base::Fixed,
-            MeshShapes::Mesh,
-            "its link cannot move; it touches nothing else that cannot, and has no distance from other such meshes",
-        ),
+        (Base::Fixed, MeshShapes::Mesh, "its link cannot move; it does not collide with other fixed shapes"),
         (
             Base::Free,
             MeshShapes::Mesh,

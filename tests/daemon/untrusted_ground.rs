@@ -115,7 +115,7 @@ async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
         (
             "wide.png",
             grey_png(8, [100_000, 100_000], &bomb),
-            "it has 100000 rows of 100000 samples; the most",
+            "it has 100000 rows of 100000 samples; the limit",
         ),
         ("nan.stl", stl, "a corner is not finite"),
     ] {

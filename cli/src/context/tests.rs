@@ -58,7 +58,7 @@ fn another_context_leaves_the_rest_of_the_file_as_it_was_written() {
     }
     let strange = "\"context\" = \"x\"\n[contexts.sea]\nendpoint = \"a\"\n";
     fs::write(&path, strange).unwrap();
-    assert!(use_context(&path, "sea").unwrap_err().to_string().contains("not understood"));
+    assert!(use_context(&path, "sea").unwrap_err().to_string().contains("cannot be edited"));
     assert_eq!(fs::read_to_string(&path).unwrap(), strange, "it is left alone");
     assert!(use_context(&path, "moon").unwrap_err().to_string().contains("there is sea"));
     assert!(use_context(&folder.path().join("none"), "sea").is_err());

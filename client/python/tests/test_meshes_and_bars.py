@@ -125,7 +125,7 @@ def test_a_mesh_of_a_file_and_one_in_convex_parts(sim: Simulation) -> None:
     [
         (CORNERS[:, :2], FACES, "rows of 3 numbers"),
         (CORNERS * np.nan, FACES, "not finite"),
-        (CORNERS, FACES + 1, "none of the 4"),
+        (CORNERS, FACES + 1, "not one of the 4"),
         (CORNERS, FACES * 0.5, "whole numbers"),
         (CORNERS, FACES[:0], "rows of 3 indices"),
         ([], [], "rows of 3 numbers"),
@@ -274,7 +274,7 @@ def test_what_cannot_be_expanded_says_why(
 ) -> None:
     with pytest.raises(simd_client.XacroError, match="there is no package `our_parts`: say where"):
         sim.load(xacro_file)
-    with pytest.raises(simd_client.XacroError, match="takes no arguments"):
+    with pytest.raises(simd_client.XacroError, match="takes no xacro arguments"):
         sim.load(ASSETS / "Two Link.v2", xacro_arguments={"length": 1})
     monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(simd_client.XacroError, match="pip install 'xacro>=2.1,<3'"):

@@ -253,9 +253,9 @@ mod tests {
             ("invalid peer certificate: certificate expired: verification time 1", "has expired"),
             ("invalid peer certificate: Revoked", "is not accepted"),
             ("received fatal alert: CertificateRequired", "SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY"),
-            (CLOSED, "SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY name"),
+            (CLOSED, "if it asks for one of this client, set SIMD_TLS_CLIENT_CERT and SIMD_TLS_CLIENT_KEY"),
             ("received fatal alert: UnknownCA", "does not accept the certificate of this client (UnknownCA)"),
-            ("received corrupt message of type InvalidContentType", "does not speak TLS"),
+            ("received corrupt message of type InvalidContentType", "does not use TLS"),
         ] {
             let said = sentence("lab:1", reason).unwrap();
             assert!(said.contains(part) && said.contains("lab:1"), "{said}");

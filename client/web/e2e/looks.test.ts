@@ -223,7 +223,7 @@ test("a graphics context that was lost and comes back has the light of the room 
     await restored;
     return seen;
   });
-  expect(said).toContain("taken the graphics away");
+  expect(said).toContain("stopped the graphics");
   expect(await tab.page.getByTestId("viewport-problem").count()).toBe(0);
   await expect.poll(async () => Math.abs((await seen()) - before)).toBeLessThan(0.03 * before);
   await tab.picture("context-restored");

@@ -213,7 +213,7 @@ mod tests {
             ("time,a\n1,x", "line 2: \"x\" is not a number"),
             ("time,a\n1", "line 2 has 1 value"),
             ("time,a,b,a.velocity\n", "column b.velocity is missing"),
-            ("time,a,b.effort\n", "of no joint"),
+            ("time,a,b.effort\n", "is not a joint"),
             ("time,a,a\n", "twice"),
         ] {
             let sentence = parse(text).unwrap_err().to_string();

@@ -61,7 +61,10 @@ fn a_token_has_a_role_and_a_time() {
     };
     let source = Some(Source::Environment);
     let found = token(Some(&known(Some(30 * 86_400))), source, false, now());
-    assert_eq!(found, Finding::ok("token", "that of alice, from SIMD_TOKEN: operator, expires in 30 days"));
+    assert_eq!(
+        found,
+        Finding::ok("token", "the token of alice, from SIMD_TOKEN: operator, expires in 30 days")
+    );
     assert_eq!(token(Some(&known(None)), source, false, now()).level, Level::Ok);
     assert_eq!(token(Some(&known(Some(3_600))), source, false, now()).level, Level::Warning);
     assert_eq!(token(Some(&known(None)), source, true, now()).level, Level::Warning);

@@ -39,7 +39,7 @@ fn damaged_empty_expired_and_missing_tokens_are_found() {
     let folder = tempfile::tempdir().unwrap();
     let now = SystemTime::now();
     for (text, level, phrase) in [
-        ("alice admin nonsense never\n".to_owned(), Level::Problem, "no SHA-256"),
+        ("alice admin nonsense never\n".to_owned(), Level::Problem, "is not a SHA-256"),
         (String::new(), Level::Warning, "has no token"),
         (format!("bob viewer {HASH} 2020-01-01T00:00:00Z\n"), Level::Warning, "bob have expired"),
     ] {

@@ -16,7 +16,7 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
     let message = text("a sentence");
     vec![
         (
-            CallError::RequestIdReused { id: text("x"), how: text("is that of another request") },
+            CallError::RequestIdReused { id: text("x"), how: text("was used by another request") },
             Code::AlreadyExists,
             "REQUEST_ID_REUSED",
             &["request_id"],

@@ -132,7 +132,7 @@ fn a_hull_for_an_inertia_is_that_of_the_farthest_of_many_corners() {
     let fan: String = (1..count).map(|i| format!("f 1 {} {}\n", 2 * i + 1, 2 * i + 2)).collect();
     let (model, report) = robot_with(text, &Files::default().with("c.obj", mesh + &fan));
     let said = warnings(&report).into_iter().find(|(_, said)| said.contains("farthest in 1000 directions"));
-    let error = said.and_then(|(_, said)| said.split("by at most ").nth(1)?.strip_suffix(" m"));
+    let error = said.and_then(|(_, said)| said.split("lie at most ").nth(1)?.strip_suffix(" m outside"));
     let error = error.and_then(|error| error.parse::<f64>().ok());
     // 0.5 mm between vertices of a circle of 1 m that are a hundredth of it apart; some are farther.
     assert!(error.is_some_and(|error| error > 0.0 && error < 1e-2), "{report:?}");

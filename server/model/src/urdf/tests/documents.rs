@@ -189,7 +189,7 @@ fn a_number_that_is_none_is_refused_with_element_and_line() {
         ("NaN 0 0", "is not finite"),
         ("inf 0 0", "is not finite"),
         ("1e999 0 0", "is not finite"),
-        ("1e30 0 0", "is larger than simd computes with"),
+        ("1e30 0 0", "is beyond the range of simd"),
         ("1,x 0 0", "has a word that is not a number"),
         ("${x} 0 0", "is an unexpanded xacro expression"),
     ] {

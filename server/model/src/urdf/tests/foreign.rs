@@ -113,7 +113,7 @@ fn a_joint_of_ros2_control_follows_by_its_parameters_or_its_element() {
         &control("<joint name='left' mimic='false'><command_interface name='position'/></joint>"),
     ));
     assert!(model.joints.iter().all(|joint| joint.mimic.is_none()));
-    find(&report, "follows none");
+    find(&report, "follows no other joint");
     for (left, said) in [
         ("<joint name='left'><param name='mimic'>rihgt</param></joint>", "did you mean \"right\""),
         ("<joint name='left'><param name='mimic'>left</param></joint>", "would follow itself"),

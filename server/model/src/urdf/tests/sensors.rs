@@ -317,7 +317,7 @@ fn what_is_no_sensor_is_left_out_with_the_reason() {
         (
             "<sensor type='force_torque'><parent joint='weld'/><force_torque><frame>world</frame></force_torque></sensor>",
             true,
-            "none of child, parent, sensor",
+            "not one of child, parent, sensor",
         ),
         (
             "<sensor type='contact'><parent link='arm'/><noise type='gaussian'><stddev>-1</stddev></noise></sensor>",

@@ -143,7 +143,7 @@ async fn a_picture_that_no_renderer_draws_is_given_up() {
     }
     assert!(queue.next(&renderer, now, |_| true).is_none());
     let answer = waiting.borrow().clone().unwrap().unwrap_err().to_string();
-    assert!(answer.contains("3 times"), "{answer}");
+    assert!(answer.contains("3 attempts"), "{answer}");
 }
 
 #[tokio::test]
