@@ -14,13 +14,14 @@ use simd_proto::{
     API_VERSION, API_VERSION_HEADER, CLIENT_HEADER,
     access::{TOKEN_HEADER, bearer},
     v1::{
-        camera_service_client::CameraServiceClient, client_service_client::ClientServiceClient,
-        constraint_service_client::ConstraintServiceClient, contact_service_client::ContactServiceClient,
-        entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
-        joint_service_client::JointServiceClient, kinematics_service_client::KinematicsServiceClient,
-        parameter_service_client::ParameterServiceClient, recording_service_client::RecordingServiceClient,
-        rollout_service_client::RolloutServiceClient, sensor_service_client::SensorServiceClient,
-        simulation_service_client::SimulationServiceClient, view_service_client::ViewServiceClient,
+        GetSimulatorInfoRequest, camera_service_client::CameraServiceClient,
+        client_service_client::ClientServiceClient, constraint_service_client::ConstraintServiceClient,
+        contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
+        event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
+        kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
+        recording_service_client::RecordingServiceClient, rollout_service_client::RolloutServiceClient,
+        sensor_service_client::SensorServiceClient, simulation_service_client::SimulationServiceClient,
+        view_service_client::ViewServiceClient,
     },
 };
 use tonic::{
@@ -37,6 +38,7 @@ use crate::{
     channel::{Channel, Local},
     endpoint::{self, DaemonEndpoint},
     error::root_cause,
+    silence::until_silent,
     tls,
     token::Token,
     zenoh::Network,
@@ -330,6 +332,21 @@ impl Client {
         match tokio::time::timeout(after, call).await {
             Ok(answer) => self.opened(answer),
             Err(_) => Err(Error::TimedOut { endpoint: self.endpoint.to_string(), after }),
+        }
+    }
+
+    /// Waits for an answer for as long as the daemon answers at all, for calls in which it works. It may read a
+    /// description, for example, after others. Each time the usual timeout ends, the daemon is asked for its name. It
+    /// bounds its work.
+    pub(crate) async fn unary_while_alive<T>(
+        &self,
+        call: impl Future<Output = Result<Response<T>, Status>>,
+    ) -> Result<T, Error> {
+        let is_alive =
+            || async { self.simulation().get_simulator_info(GetSimulatorInfoRequest {}).await.is_ok() };
+        match until_silent(self.timeout, call, is_alive).await {
+            Ok(answer) => self.opened(answer),
+            Err(after) => Err(Error::TimedOut { endpoint: self.endpoint.to_string(), after }),
         }
     }
 

@@ -58,7 +58,7 @@ impl Client {
     /// `ROBOT_EXISTS`, `INVALID_DESCRIPTION`, `DESCRIPTION_NOT_UPLOADED`,
     /// `ASSET_NOT_UPLOADED`, `PATH_NOT_ALLOWED`, `FILE_NOT_FOUND`, `INVALID_VALUE`.
     pub async fn spawn(&self, request: SpawnEntityRequest) -> Result<Spawned, Error> {
-        let answer = self.unary(self.entity().spawn_entity(request)).await?;
+        let answer = self.unary_while_alive(self.entity().spawn_entity(request)).await?;
         Spawned::new(answer)
     }
 
@@ -72,7 +72,7 @@ impl Client {
         mut listener: impl FnMut(&LoadProgress),
     ) -> Result<Spawned, Error> {
         let request = SpawnEntityWithProgressRequest { spawn: Some(request) };
-        let mut answers = self.unary(self.entity().spawn_entity_with_progress(request)).await?;
+        let mut answers = self.unary_while_alive(self.entity().spawn_entity_with_progress(request)).await?;
         loop {
             let answer = answers.message().await;
             let answer = answer.map_err(|status| Error::from_status(&status, self.endpoint()))?;
@@ -88,7 +88,7 @@ impl Client {
     /// # Errors
     /// `ROBOT_NOT_FOUND`, and as [`spawn`](Self::spawn).
     pub async fn reload(&self, request: ReloadEntityRequest) -> Result<Reloaded, Error> {
-        let answer = self.unary(self.entity().reload_entity(self.claimed(request))).await?;
+        let answer = self.unary_while_alive(self.entity().reload_entity(self.claimed(request))).await?;
         Ok(Reloaded {
             entity: present(answer.entity, "entity")?,
             report: present(answer.report, "report")?,
@@ -108,7 +108,7 @@ impl Client {
         scale: Option<f64>,
     ) -> Result<ValidateDescriptionResponse, Error> {
         let request = ValidateDescriptionRequest { source: Some(source), scale };
-        self.unary(self.entity().validate_description(request)).await
+        self.unary_while_alive(self.entity().validate_description(request)).await
     }
 
     /// Deletes a robot.

@@ -45,6 +45,7 @@ mod recording;
 mod rollout;
 mod saved_state;
 mod sensor;
+mod silence;
 mod simulation;
 mod target;
 #[cfg_attr(not(feature = "zenoh"), allow(dead_code))]

@@ -1,6 +1,6 @@
 //! Export and import of saved states, as files on this disk.
 
-use std::{path::Path, time::Duration};
+use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
 use simd_proto::v1::{ExportSavedStateRequest, ImportSavedStateRequest, SavedStateInfo};
@@ -10,9 +10,6 @@ use crate::{
     client::present,
     upload::{hash_of, hexadecimal, off_the_runtime},
 };
-
-/// Additional timeout of an export or import: all robots of a world are read again.
-const LONGER: Duration = Duration::from_secs(120);
 
 /// The part of `SimulationService` that needs a disk.
 impl Client {
@@ -24,7 +21,7 @@ impl Client {
     /// [`Error::Write`].
     pub async fn export_saved_state(&self, name: &str, file: impl AsRef<Path>) -> Result<u64, Error> {
         let request = ExportSavedStateRequest { name: name.to_owned() };
-        let export = self.unary_for(LONGER, self.simulation().export_saved_state(request)).await?;
+        let export = self.unary_while_alive(self.simulation().export_saved_state(request)).await?;
         let bytes = self.asset(&export.sha256).await?;
         if hexadecimal(&Sha256::digest(&bytes)) != export.sha256 {
             return Err(Error::Answer { reason: "the file does not have the announced hash".to_owned() });
@@ -56,7 +53,7 @@ impl Client {
         let (name, take_over) = (name.to_owned(), self.takes_over);
         let request = ImportSavedStateRequest { sha256, name, take_over, ..Default::default() };
         let request = self.claimed(request);
-        let answer = self.unary_for(LONGER, self.simulation().import_saved_state(request)).await?;
+        let answer = self.unary_while_alive(self.simulation().import_saved_state(request)).await?;
         present(answer.saved_state, "saved_state")
     }
 }

@@ -114,7 +114,7 @@ impl Client {
         assets: BTreeMap<String, String>,
     ) -> Result<PrepareDescriptionResponse, Error> {
         let request = PrepareDescriptionRequest { urdf: package.urdf.clone(), assets };
-        self.unary(self.entity().prepare_description(request)).await
+        self.unary_while_alive(self.entity().prepare_description(request)).await
     }
 
     /// Sends one file in parts.

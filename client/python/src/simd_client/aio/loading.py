@@ -12,7 +12,7 @@ from simd_client import proto
 from simd_client.aio.connection import Connection
 from simd_client.aio.robot import Robot
 from simd_client.aio.runtime import replies
-from simd_client.aio.upload import upload
+from simd_client.aio.upload import READING_SECONDS, upload
 from simd_client.description import LoadReport, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
@@ -33,9 +33,6 @@ from simd_client.spawn import (
 )
 from simd_client.surface import Surfaces
 from simd_client.target import BeyondLimit
-
-READING_SECONDS = 120.0
-"""Maximum time, in seconds, that the daemon takes to read a description."""
 
 
 class Loading(Connection):
@@ -83,7 +80,7 @@ class Loading(Connection):
         keeps the triangles of links that can never move, and gives other links their convex hulls; `"hull"`:
         hulls; `"parts"`: convex parts. `report` has the result for each. `progress` shows bars of the bytes
         sent and read: `True` on a terminal or in a notebook, or a class such as `tqdm.auto.tqdm`. The daemon
-        then may take two minutes longer than the timeout of other calls.
+        may take two minutes longer than for other calls: on a busy machine descriptions wait for each other.
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
@@ -159,10 +156,12 @@ class Loading(Connection):
         """Reads a robot on this disk as `load` does, without spawning it. Returns the report."""
         source = await upload(self, path, packages, xacro_arguments)
         request = proto.ValidateDescriptionRequest(source=source, scale=scale)
-        return report_from_proto((await self.call(methods.ValidateDescription, request)).report)
+        answer = await self.call(methods.ValidateDescription, request, wait=READING_SECONDS)
+        return report_from_proto(answer.report)
 
     async def _spawn(self, source: proto.DescriptionSource, options: SpawnOptions) -> Robot:
-        return await self._spawned(await self.call(methods.SpawnEntity, options.to_proto(source)), options)
+        request = options.to_proto(source)
+        return await self._spawned(await self.call(methods.SpawnEntity, request, wait=READING_SECONDS), options)
 
     async def _spawn_with_progress(
         self, source: proto.DescriptionSource, options: SpawnOptions, bars: Bars, name: str

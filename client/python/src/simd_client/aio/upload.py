@@ -22,6 +22,9 @@ from simd_client.progress import Bars
 from simd_client.proto import methods
 from simd_client.replacement import replace_file
 
+READING_SECONDS = 120.0
+"""Maximum time, in seconds, that the daemon takes to read a description, beside the timeout of other calls."""
+
 
 async def upload(
     connection: Connection,
@@ -40,7 +43,7 @@ async def upload_files(
 ) -> proto.DescriptionSource:
     """Like `send_urdf`, for a URDF that was read."""
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
-    prepared = await connection.call(methods.PrepareDescription, request)
+    prepared = await connection.call(methods.PrepareDescription, request, wait=READING_SECONDS)
     sent: set[str] = set()
     # Included SDF and MJCF files name more files, and so do meshes: pictures, and materials. Each file is
     # looked up once, so that this ends.
@@ -50,7 +53,7 @@ async def upload_files(
         if not any(uri in files.hashes for uri in new):
             break
         request = proto.PrepareDescriptionRequest(urdf=files.urdf, assets=files.hashes)
-        prepared = await connection.call(methods.PrepareDescription, request)
+        prepared = await connection.call(methods.PrepareDescription, request, wait=READING_SECONDS)
         lacking = proto.AssetState.ASSET_STATE_LACKING
         named = {files.hashes[a.uri] for a in prepared.assets if a.state == lacking and a.uri in files.hashes}
         hashes = sorted(named - sent)
@@ -61,7 +64,7 @@ async def upload_files(
             await send_file(connection, files.paths[sha256], sha256, bars)
         sent.update(hashes)
         if files.name_more(hashes):
-            prepared = await connection.call(methods.PrepareDescription, request)
+            prepared = await connection.call(methods.PrepareDescription, request, wait=READING_SECONDS)
     return proto.DescriptionSource(
         description=prepared.description, assets=files.hashes, missing=files.missing
     )
