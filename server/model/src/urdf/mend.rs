@@ -110,6 +110,10 @@ impl<'t> Mender<'t> {
             } else if rest.starts_with("<?") {
                 let Some(length) = rest.find("?>") else { return };
                 self.go(length + 2);
+            } else if rest.starts_with("<!") {
+                let Some(length) = rest.find('>') else { return };
+                self.declaration(self.at..self.at + length + 1);
+                self.go(length + 1);
             } else {
                 self.tag();
             }
@@ -145,6 +149,14 @@ impl<'t> Mender<'t> {
         }
         self.edits.push((body, text.replace(['-', '>'], " ").into()));
         self.note("a comment has two dashes in it, which XML does not allow; left out".to_owned());
+    }
+
+    /// Blanks what begins like a comment and is none, line by line.
+    fn declaration(&mut self, range: Range<usize>) {
+        let text = self.text.get(range.clone()).unwrap_or_default();
+        let blank: String = text.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }).collect();
+        self.edits.push((range, blank.into()));
+        self.note("`<!` begins neither a comment nor a text; left out up to the next `>`".to_owned());
     }
 
     /// Escapes an `&` that begins no reference.
@@ -266,6 +278,14 @@ mod tests {
         let (text, notes) = of("<a>\n<!-- --- arm --- -->\n<!---->\n<!-- b --->\n<!-- c-d --></a>");
         assert!(text.contains("arm") && text.contains("<!-- c-d -->"), "{text}");
         assert_eq!(notes.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [2, 4]);
+    }
+
+    #[test]
+    fn what_begins_like_a_comment_and_is_none_is_left_out_up_to_its_end() {
+        let (text, notes) = of("<a>\n<!-\\- jump\n and spin -\\-><b/><!é></a>");
+        assert_eq!(text.split_whitespace().collect::<String>(), "<a><b/></a>");
+        assert_eq!(text.matches('\n').count(), 2);
+        assert_eq!(notes.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [2, 3]);
     }
 
     #[test]
