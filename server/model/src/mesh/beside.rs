@@ -12,6 +12,9 @@ use crate::assets::{Asset, Assets};
 use crate::limits;
 use crate::robot::{FileBeside, Image, Sha256};
 
+/// Begins a sentence about missing or unusable materials.
+pub(crate) const MATERIALS: &str = "the materials";
+
 /// Use of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Role {
@@ -52,7 +55,7 @@ impl Beside {
         walk(uri, bytes, &mut |named| {
             let Named { name, role } = named;
             let (what, lost) = match role {
-                Role::Materials => ("the materials", "without them it has no colours"),
+                Role::Materials => (MATERIALS, "without them it has no colours"),
                 Role::Buffer => ("the buffer", "without it there is no mesh"),
                 Role::Image => ("the texture", "the colour of its material is shown"),
             };

@@ -66,7 +66,8 @@ impl<'a, 'i> Reader<'_, 'a, 'i> {
                 let image = meshes.image(uri, material.unwrap_or(node), findings)?;
                 Some(Picture { uri: uri.to_owned(), image, repeat })
             });
-            let usage = Use::Visual(picture.as_ref().map(|picture| Arc::clone(&picture.image)));
+            let cover = picture.as_ref().map(|picture| Arc::clone(&picture.image));
+            let usage = Use::Visual { cover, has_color: color.is_some() };
             let geometry = geometry(repaired, node, &visual.geometry, meshes, &usage, findings);
             let visual = |geometry| Visual { link_from_shape, geometry, color, texture: picture };
             visuals.extend(geometry.map(visual));

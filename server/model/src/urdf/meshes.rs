@@ -8,15 +8,20 @@ use roxmltree::Node;
 use super::findings::{Findings, cut, quoted};
 use crate::assets::{Asset, Assets};
 use crate::limits::{self, LoadLimits};
-use crate::mesh::{self, Beside, image};
+use crate::mesh::{self, Beside, beside, image};
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::report::counted;
 use crate::robot::{Image, MeshAsset, Sha256, look_of};
 
 /// Use of a mesh.
 pub(super) enum Use {
-    /// For drawing, with the picture of the visual's material: a load never fails for it.
-    Visual(Option<Arc<Image>>),
+    /// For drawing: a load never fails for it.
+    Visual {
+        /// Picture of the visual's material.
+        cover: Option<Arc<Image>>,
+        /// Whether the description gives the visual a colour.
+        has_color: bool,
+    },
     /// For collisions.
     Collision,
 }
@@ -44,6 +49,8 @@ pub(super) struct Meshes<'s> {
     by_content: HashMap<(Sha256, String), KnownMesh>,
     /// Reported URIs, separately for visuals and collisions.
     reported: HashSet<(String, bool)>,
+    /// Whether missing materials of a mesh that has a colour in the description were reported.
+    are_materials_reported: bool,
     triangles: usize,
     /// Pictures of the description's materials, by their URIs.
     images: HashMap<String, Option<Arc<Image>>>,
@@ -58,6 +65,7 @@ impl<'s> Meshes<'s> {
             by_uri: HashMap::new(),
             by_content: HashMap::new(),
             reported: HashSet::new(),
+            are_materials_reported: false,
             triangles: 0,
             images: HashMap::new(),
         }
@@ -71,9 +79,9 @@ impl<'s> Meshes<'s> {
         usage: &Use,
         findings: &mut Findings,
     ) -> Option<Arc<MeshAsset>> {
-        let (is_visual, cover) = match usage {
-            Use::Visual(cover) => (true, cover.as_ref()),
-            Use::Collision => (false, None),
+        let (is_visual, cover, has_color) = match usage {
+            Use::Visual { cover, has_color } => (true, cover.as_ref(), *has_color),
+            Use::Collision => (false, None, false),
         };
         let key = (uri.to_owned(), cover.map(|cover| cover.sha256));
         let KnownMesh { found, lie, looks } = match self.by_uri.get(&key) {
@@ -100,7 +108,15 @@ impl<'s> Meshes<'s> {
                     }
                     // Colliders have no look.
                     for look in looks.into_iter().filter(|_| is_visual) {
-                        let message = format!("mesh {}: {look}", quoted(uri));
+                        let mut message = format!("mesh {}: {look}", quoted(uri));
+                        // Its colour hides that of the materials: one word for all such meshes suffices.
+                        if has_color && look.starts_with(beside::MATERIALS) {
+                            if self.are_materials_reported {
+                                continue;
+                            }
+                            self.are_materials_reported = true;
+                            message += "; it has the colour of the description, as others whose materials are missing";
+                        }
                         findings.warn_of_file(node, uri, Ignored, false, message);
                     }
                 }
@@ -108,7 +124,7 @@ impl<'s> Meshes<'s> {
             }
             Err(why) => {
                 let (lost, serious) = match usage {
-                    Use::Visual(_) => ("it is not shown", false),
+                    Use::Visual { .. } => ("it is not shown", false),
                     Use::Collision => ("it touches nothing", true),
                 };
                 if is_first {
