@@ -13,8 +13,8 @@
 //! | `simd/NAME/joint_targets` | targets that the daemon subscribes to |
 //! | `@simd/daemons/NAME/ZID` | a liveliness token for each daemon |
 //!
-//! NAME is the daemon's, ROBOT a robot's, SENSOR a sensor's: all `[A-Za-z0-9_-]+`, so that none can reach
-//! into another's keys. Wildcards never match a chunk that begins with `@`: a subscription to everything does
+//! NAME is the daemon's, of `[A-Za-z0-9_-]+`. ROBOT is a robot's and SENSOR a sensor's, of letters and digits of any
+//! script, `_` and `-`. So none can reach into another's keys. Wildcards never match a chunk that begins with `@`: a subscription to everything does
 //! not receive the tokens.
 
 /// Default name of a daemon.

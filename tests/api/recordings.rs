@@ -22,6 +22,7 @@ over_every_transport! {
     without_a_folder_it_is_said_what_to_configure,
     names_that_are_no_names_and_numbers_that_cannot_be_are_refused,
     commands_of_several_clients_are_recorded_with_their_names,
+    robots_joints_and_recordings_keep_the_letters_of_their_names,
 }
 
 /// Returns a paused daemon that keeps recordings, and their folder.
@@ -201,6 +202,32 @@ fn said_of_camera(file: &[u8]) -> String {
     panic!("it says nothing of cameras");
 }
 
+async fn robots_joints_and_recordings_keep_the_letters_of_their_names(via: Via) {
+    let (daemon, folder) = daemon(via).await;
+    let urdf = "<robot name='тест 机器人'><link name='основа'/><link name='рука'><inertial><mass value='1'/>\
+                <inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='плечо' type='continuous'>\
+                <parent link='основа'/><child link='рука'/><axis xyz='0 0 1'/></joint></robot>";
+    let source = proto::DescriptionSource {
+        source: Some(proto::description_source::Source::Urdf(urdf.into())),
+        ..Default::default()
+    };
+    daemon.client.start_recording(named("опыт-1")).await.unwrap();
+    let request = proto::SpawnEntityRequest { source: Some(source), ..simd_tests::daemon::fixed("") };
+    let robot = daemon.client.spawn(request).await.unwrap().entity.name;
+    assert_eq!(robot, "тест_机器人");
+    let target = simd_client::joint_target("плечо", Target::velocity(1.0));
+    daemon.client.set_robot_targets(&robot, [target]).await.unwrap();
+    daemon.client.step(100).await.unwrap();
+    let seen = daemon.client.read_joints(&simd_client::every_joint(&robot)).await.unwrap();
+    assert_eq!((seen.robot.as_str(), &seen.joints[0].name[..]), ("тест_机器人", "плечо"));
+    assert!(seen.joints[0].position[0] > 0.05);
+    daemon.client.stop_recording("опыт-1").await.unwrap();
+    assert!(folder.path().join("опыт-1.mcap").is_file());
+    let names: Vec<String> =
+        daemon.client.recordings().await.unwrap().into_iter().map(|recording| recording.name).collect();
+    assert_eq!(names, ["опыт-1"]);
+}
+
 async fn without_a_folder_it_is_said_what_to_configure(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let refused = daemon.client.start_recording(named("run")).await.unwrap_err();
@@ -212,7 +239,7 @@ async fn without_a_folder_it_is_said_what_to_configure(via: Via) {
 
 async fn names_that_are_no_names_and_numbers_that_cannot_be_are_refused(via: Via) {
     let (daemon, folder) = daemon(via).await;
-    for name in ["..", "a/b", "/etc/passwd", "a.000001", "ä", "\0", &"a".repeat(65)] {
+    for name in ["..", "a/b", "/etc/passwd", "a.000001", "ä b", "\0", &"a".repeat(65)] {
         let refused = daemon.client.start_recording(named(name)).await.unwrap_err();
         assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue), "{name:?}: {refused}");
         daemon.client.recording(name).await.unwrap_err();

@@ -24,7 +24,7 @@ use crate::output::{
 pub(crate) enum Record {
     /// Starts a recording of every command, with states of the world
     Start {
-        /// Name of the recording and its file: letters, digits, `_` and `-`; the time in UTC if left out
+        /// Name of the recording and its file: letters and digits of any script, `_` and `-`; the time in UTC if left out
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
         /// Rate of joint states and link poses, per simulated second; 0 is none

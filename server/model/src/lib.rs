@@ -29,7 +29,7 @@ pub use assets::{Asset, Assets};
 pub use limits::{LoadLimits, MOST_LINKS};
 pub use mesh::beside::address as beside_mesh;
 pub use mesh::hull::extremes;
-pub use name::wire_name;
+pub use name::{first_bytes, is_wire_name, wire_name};
 pub use number::{LARGEST_GIVEN, shown};
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};

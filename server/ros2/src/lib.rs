@@ -6,10 +6,12 @@
 //! * [`cdr`]: encoding and decoding of values, as in `rmw` implementations.
 //! * [`definition`]: the text of a type, as in MCAP's `ros2msg` schemas.
 //! * [`type_hash`][]: RIHS01.
+//! * `latin`: transliteration of names.
 //! * [`wire`]: keys, liveliness tokens, quality of service and attachments of `rmw_zenoh`.
 
 pub mod cdr;
 pub mod definition;
+mod latin;
 pub mod message;
 pub mod messages;
 pub mod type_hash;

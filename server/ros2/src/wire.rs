@@ -2,6 +2,7 @@
 //! Sources: `docs/design.md` of `rmw_zenoh` and its `liveliness_utils.cpp`, `qos.cpp` and
 //! `attachment_helpers.cpp`.
 
+use crate::latin::latin;
 use crate::message::{Message, Service};
 
 /// Maximum length of a topic's or service's name: far more than any real one.
@@ -191,18 +192,26 @@ impl Attachment {
     }
 }
 
-/// Returns a name as one word of a topic, as `rmw_validate_full_topic_name` requires: letters, digits and
-/// single underscores, beginning with a letter or an underscore. Invalid characters become underscores.
+/// Returns a name as one word of a topic, as `rmw_validate_full_topic_name` requires: letters of ASCII, digits and
+/// single underscores. It begins with a letter or an underscore. Latin, Greek and Cyrillic letters are transliterated.
+/// Letters of other scripts become their numbers, such as `u673a`, and all else an underscore.
 pub fn word(name: &str) -> String {
     let mut word = String::new();
     for letter in name.chars() {
-        let letter = if letter.is_ascii_alphanumeric() { letter } else { '_' };
-        if word.is_empty() && letter.is_ascii_digit() {
+        let part = match letter {
+            letter if letter.is_ascii_alphanumeric() => letter.to_string(),
+            letter if letter.is_ascii() => "_".to_owned(),
+            letter => latin(letter).unwrap_or_else(|| match letter.is_alphanumeric() {
+                true => format!("u{:04x}", u32::from(letter)),
+                false => "_".to_owned(),
+            }),
+        };
+        if word.is_empty() && part.starts_with(|first: char| first.is_ascii_digit()) {
             word.push('_');
         }
         // Repeated underscores are reserved.
-        if letter != '_' || !word.ends_with('_') {
-            word.push(letter);
+        if part != "_" || !word.ends_with('_') {
+            word += &part;
         }
         if word.len() >= MAX_NAME / 2 {
             break;
@@ -278,7 +287,10 @@ mod tests {
             ("arm-2", "arm_2"),
             ("2nd arm", "_2nd_arm"),
             ("a__b", "a_b"),
-            ("müller", "m_ller"),
+            ("müller", "muller"),
+            ("Тест-2", "Test_2"),
+            ("机器 人", "u673au5668_u4eba"),
+            ("ь", "_"),
             ("", "_"),
             ("/../", "_"),
         ] {

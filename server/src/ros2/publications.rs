@@ -2,7 +2,7 @@
 //! task publishes all, since Zenoh may wait some milliseconds when it sends; it takes the newest state each
 //! time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -56,6 +56,8 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
     let (mut layout, mut shown): (Option<Arc<WorldLayout>>, Vec<Robot>) = (None, Vec::new());
     let mut topics: BTreeMap<Key, RobotTopics> = BTreeMap::new();
     let (mut sensors, mut cameras) = (Sensors::default(), Cameras::default());
+    // Robots with another name in ROS that the log has.
+    let mut logged = BTreeSet::new();
     let mut fixed = None;
     let mut sent = 0;
     loop {
@@ -67,6 +69,11 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
             if state.state.world.entities.len() > MAX_ROBOTS {
                 tracing::warn!("ROS 2 shows only the first {MAX_ROBOTS} robots");
             }
+            let renamed: BTreeSet<(String, String)> = shown.iter().filter_map(Robot::renamed).collect();
+            for (robot, name) in renamed.difference(&logged) {
+                tracing::info!(robot, "names in ROS 2 are of ASCII alone: it is {name} there");
+            }
+            logged = renamed;
             declare(graph, handle, &inbox, &shown, &mut topics).await?;
             layout = Some(Arc::clone(&state.state.world));
         }

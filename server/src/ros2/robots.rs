@@ -73,6 +73,12 @@ fn joints(entity: &EntityLayout) -> Vec<usize> {
 }
 
 impl Robot {
+    /// Returns its name and the one in ROS, if topics or frames have another.
+    pub(super) fn renamed(&self) -> Option<(String, String)> {
+        let name = self.prefix.trim_end_matches('/');
+        (!name.is_empty() && name != self.entity.name).then(|| (self.entity.name.clone(), name.to_owned()))
+    }
+
     /// Returns the names of joints with a single position, in the order of `joint_states`.
     pub(super) fn joint_names(&self) -> impl Iterator<Item = &str> {
         self.joints.iter().filter_map(|&joint| Some(self.entity.model.joints.get(joint)?.name.as_str()))

@@ -144,7 +144,7 @@ fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
     let LinkConstraint { definition, impulses, is_least: _, motion, is_dragged: _, reading } = of;
     let ConstraintDefinition { name, ends, kind, max_force, max_torque, breaks: _, disable_collisions: _ } =
         definition;
-    if !super::entity::is_robot_name(name) || name.len() > MAX_CONSTRAINT_NAME {
+    if !simd_model::is_wire_name(name) || name.len() > MAX_CONSTRAINT_NAME {
         return Err("has a name that is not valid".into());
     }
     for ConstraintEnd { link, frame } in ends {

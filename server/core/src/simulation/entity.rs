@@ -331,8 +331,3 @@ pub(super) fn apply_mimic_velocities(tree: &Tree, qd: &mut [f64]) {
         }
     }
 }
-
-/// Returns whether a name consists of letters, digits, `_` and `-`, at least one.
-pub(super) fn is_robot_name(name: &str) -> bool {
-    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
-}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use simd_model::RobotModel;
 
-use super::entity::{Description, Entity, check_own_pairs, is_robot_name, tree_for};
+use super::entity::{Description, Entity, check_own_pairs, tree_for};
 use super::error::Error;
 use super::moment::Moment;
 use super::pull::ActivePull;
@@ -159,7 +159,7 @@ impl Saved {
         let mut entities = Vec::with_capacity(parts.len());
         for (robot, parts) in state.robots.iter_mut().zip(parts) {
             let name = robot.entity.name.clone();
-            if !is_robot_name(&name) {
+            if !simd_model::is_wire_name(&name) {
                 return Err(InvalidState::World(format!("{name:?} is not a valid name of a robot")));
             }
             if !names.insert(name.clone()) {

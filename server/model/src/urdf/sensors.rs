@@ -22,7 +22,7 @@ use crate::report::Disposition::{Ignored, Used};
 use crate::report::short;
 use crate::robot::{Joint, JointKind, Link};
 use crate::sensor::{self, MAX_SENSOR_NAME, MAX_SENSORS_PER_ROBOT, Sensor, SensorKind, SensorMount};
-use crate::wire_name;
+use crate::{first_bytes, wire_name};
 
 /// Links and joints by name.
 struct Names<'m> {
@@ -237,7 +237,8 @@ fn asked_name(node: Node, camera: Option<Node>, kind: &SensorKind) -> String {
 fn free_name(asked: &str, taken: &mut BTreeSet<String>) -> String {
     /// Leaves room for a number.
     const LONGEST: usize = MAX_SENSOR_NAME - 8;
-    let name: String = wire_name(asked).chars().take(LONGEST).collect();
+    let name = wire_name(asked);
+    let name = first_bytes(&name, LONGEST).to_owned();
     if taken.insert(name.clone()) {
         return name;
     }

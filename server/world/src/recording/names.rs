@@ -9,13 +9,14 @@ use time::OffsetDateTime;
 
 /// Maximum length of a name, characters.
 const MAX_NAME: usize = 64;
+/// Maximum length of a name, bytes: names of files have at most 255.
+const MAX_NAME_BYTES: usize = 200;
 /// Maximum number of files in the folder that are examined.
 const MOST_FILES: usize = 100_000;
 
 /// Returns whether a recording may have this name.
 pub fn is_name(name: &str) -> bool {
-    let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
-    (1..=MAX_NAME).contains(&name.len()) && name.bytes().all(is_part)
+    name.len() <= MAX_NAME_BYTES && name.chars().count() <= MAX_NAME && simd_model::is_wire_name(name)
 }
 
 /// Returns the name of its only file.
@@ -75,10 +76,21 @@ mod tests {
 
     #[test]
     fn names_are_plain() {
-        for name in ["a", "Run_1", "2026-03-01T12-00-00", &"a".repeat(64)] {
+        for name in ["a", "Run_1", "2026-03-01T12-00-00", "Опыт-1", &"a".repeat(64), &"机".repeat(64)] {
             assert!(is_name(name), "{name}");
         }
-        for name in ["", "a.b", "..", "a/b", "/etc/passwd", "ä", "a b", "a\0", &"a".repeat(65)] {
+        for name in [
+            "",
+            "a.b",
+            "..",
+            "a/b",
+            "/etc/passwd",
+            "ä b",
+            "a b",
+            "a\0",
+            &"a".repeat(65),
+            &"\u{1f916}".repeat(64),
+        ] {
             assert!(!is_name(name), "{name:?}");
         }
     }

@@ -43,6 +43,6 @@ pub fn name(field: &str, name: String) -> Result<String, BadField> {
         return Ok(name);
     }
     let shown: String = name.chars().take(80).collect();
-    let expected = "it must be 1 to 64 of the characters A-Z a-z 0-9 _ -";
+    let expected = "it must be 1 to 64 letters and digits of any script, `_` and `-`";
     Err(Path::ROOT.field(field).refuse(format_args!("{shown:?}"), expected))
 }

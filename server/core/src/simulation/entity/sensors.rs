@@ -6,7 +6,7 @@ use glamx::DPose3;
 use simd_model::RobotModel;
 use simd_model::sensor::{self, MAX_SENSOR_NAME, MAX_SENSORS_PER_ROBOT, Sensor, SensorKind, SensorMount};
 
-use super::{Entity, is_robot_name};
+use super::Entity;
 use crate::dynamics::Articulation;
 use crate::simulation::check;
 use crate::simulation::error::Error;
@@ -97,9 +97,9 @@ impl Entity {
                 number += 1;
             }
         }
-        if !is_robot_name(name) || name.len() > MAX_SENSOR_NAME {
+        if !simd_model::is_wire_name(name) || name.len() > MAX_SENSOR_NAME {
             let expected = format!(
-                "it must be letters, digits, `_` and `-`, at least one and at most {MAX_SENSOR_NAME}"
+                "it must be letters and digits of any script, `_` and `-`, at least one and at most {MAX_SENSOR_NAME} bytes"
             );
             return Err(check::refuse("name", format!("{name:?}"), expected));
         }
@@ -157,7 +157,7 @@ impl Entity {
     fn described_definition(&self, sensor: &Sensor) -> Option<SensorDefinition> {
         let Sensor { name, on, pose, rate, kind, noise, seed } = sensor;
         let can_be = self.can_bear(kind, *on)
-            && is_robot_name(name)
+            && simd_model::is_wire_name(name)
             && self.sensor_index(name).is_none()
             && check::pose("pose", pose).is_ok()
             && sensor::check(kind, *rate, noise).is_ok();
@@ -201,7 +201,9 @@ impl Entity {
         for (index, sensor) in self.state.sensors.iter().enumerate() {
             let SensorDefinition { name, on, link, pose, rate, kind, noise, seed: _, is_described: _ } =
                 &*sensor.definition;
-            if !is_robot_name(name) || name.len() > MAX_SENSOR_NAME || self.sensor_index(name) != Some(index)
+            if !simd_model::is_wire_name(name)
+                || name.len() > MAX_SENSOR_NAME
+                || self.sensor_index(name) != Some(index)
             {
                 return Err(format!(
                     "a sensor with the name {name:?}, which is not valid or that of another"

@@ -7,7 +7,7 @@ use crate::dynamics::constraint::link_constraint::{
 };
 use crate::simulation::command::{ChangeConstraint, CreateConstraint, RequestedConstraint, RequestedEnd};
 use crate::simulation::constraints::has_axis;
-use crate::simulation::entity::{Entity, is_robot_name};
+use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
 use crate::simulation::{EventKind, Reply, Simulation, check};
@@ -240,9 +240,9 @@ impl Simulation {
             let free = taken.iter().position(|taken| !*taken).unwrap_or_default();
             return Ok(format!("constraint_{}", free + 1));
         }
-        if !is_robot_name(name) || name.len() > MAX_CONSTRAINT_NAME {
+        if !simd_model::is_wire_name(name) || name.len() > MAX_CONSTRAINT_NAME {
             let expected = format!(
-                "it must be letters, digits, `_` and `-`, at least one and at most {MAX_CONSTRAINT_NAME}"
+                "it must be letters and digits of any script, `_` and `-`, at least one and at most {MAX_CONSTRAINT_NAME} bytes"
             );
             return Err(check::refuse("name", format!("{name:?}"), expected));
         }

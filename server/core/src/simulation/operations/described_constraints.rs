@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glamx::DPose3;
 use simd_model::setup::{ConstraintEnd, ConstraintOn, LinkConstraint, LinkConstraintKind};
-use simd_model::{RobotModel, wire_name};
+use simd_model::{RobotModel, first_bytes, wire_name};
 
 use crate::dynamics::constraint::link_constraint::{MAX_CONSTRAINT_NAME, MAX_CONSTRAINTS};
 use crate::simulation::Simulation;
@@ -151,10 +151,9 @@ fn is_of_one(constraint: &LinkConstraint) -> bool {
 /// Returns the name in the world of a description's constraint, if it is free.
 fn described_name(robot: &str, constraint: &str) -> String {
     let name = if constraint.is_empty() { "constraint" } else { constraint };
-    let mut name = format!("{robot}_{}", wire_name(name));
+    let name = format!("{robot}_{}", wire_name(name));
     // Leaves room for a number.
-    name.truncate(MAX_CONSTRAINT_NAME - 24);
-    name
+    first_bytes(&name, MAX_CONSTRAINT_NAME - 24).to_owned()
 }
 
 fn requested_end(end: &ConstraintEnd, is_gear: bool, own: &Came, came: &[Came]) -> Option<RequestedEnd> {

@@ -13,7 +13,7 @@ use crate::simulation::command::{
     CollisionPair, ContactSettings, JointOrientation, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn,
     WrenchDuration,
 };
-use crate::simulation::entity::{Entity, apply_mimics, is_robot_name, tree_for};
+use crate::simulation::entity::{Entity, apply_mimics, tree_for};
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
 use crate::simulation::wrench::ActiveWrench;
@@ -312,8 +312,8 @@ impl Simulation {
 
     /// Returns the name or, with `allow_renaming`, the name with the first free number.
     fn free_name(&self, name: &str, allow_renaming: bool, with: &[Entity]) -> Result<String, Error> {
-        if !is_robot_name(name) {
-            let expected = "it must be letters, digits, `_` and `-`, at least one";
+        if !simd_model::is_wire_name(name) {
+            let expected = "it must be letters and digits of any script, `_` and `-`, at least one";
             return Err(check::refuse("name", format!("{name:?}"), expected));
         }
         let names = || self.entities.iter().chain(with).map(|entity| entity.state.name.as_str());
