@@ -20,8 +20,11 @@ const EXTENSIONS: &[&str] = &[
     "tiff", "gif", "webp", "dds", "hdr",
 ];
 
-/// Extensions of the files that an SDF or MJCF may include: their text becomes a part of an uploaded robot.
+/// Extensions of descriptions that may include others: their text becomes a part of an uploaded robot.
 const DESCRIPTIONS: &[&str] = &["sdf", "world", "xml", "mjcf", "config"];
+
+/// Extensions of the other files that an SDF may include.
+const INCLUDED: &[&str] = &["urdf"];
 
 /// Extensions of the files that a xacro file may name: their text becomes a part of an uploaded URDF.
 const SOURCES: &[&str] = &["xacro", "urdf", "xml", "gazebo", "yaml", "yml"];
@@ -319,7 +322,7 @@ impl Kind {
         let extension = file.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         let known: &[&[&str]] = match self {
             Self::Mesh => &[EXTENSIONS],
-            Self::MeshOrDescription => &[EXTENSIONS, DESCRIPTIONS],
+            Self::MeshOrDescription => &[EXTENSIONS, DESCRIPTIONS, INCLUDED],
             Self::Source => &[SOURCES],
         };
         extension.is_some_and(|extension| known.iter().any(|known| known.contains(&extension.as_str())))

@@ -115,6 +115,8 @@ pub struct JointSetup {
     pub stiffness: Option<f64>,
     /// Default damping of targets, N m s/rad or N s/m, at least 0.
     pub damping: Option<f64>,
+    /// Whether the actuator holds the weight of the links behind the joint, beside its targets.
+    pub gravity_compensation: bool,
 }
 
 /// First mode of an actuator.

@@ -177,11 +177,14 @@ fn a_file_is_found_from_the_packages_folder_too_and_that_is_said() {
 
 #[test]
 fn only_an_sdf_or_mjcf_names_other_descriptions() {
-    let dir = tree(&["arm/arm.urdf", "arm/arm.sdf", "arm/arm.xml", "arm/part.xml"]);
+    let dir = tree(&["arm/arm.urdf", "arm/arm.sdf", "arm/arm.xml", "arm/part.xml", "arm/grip.urdf"]);
     let of = |name: &str| Locator::new(&dir.path().join("arm").join(name)).find("part.xml");
     assert_eq!(of("arm.urdf").unwrap_err().why, Why::NotAMesh);
     assert_eq!(of("arm.sdf"), Ok(real(&dir, "arm/part.xml")));
     assert_eq!(of("arm.xml"), Ok(real(&dir, "arm/part.xml")));
+    let gripper = |name: &str| Locator::new(&dir.path().join("arm").join(name)).find("grip.urdf");
+    assert_eq!(gripper("arm.sdf"), Ok(real(&dir, "arm/grip.urdf")));
+    assert_eq!(gripper("arm.urdf").unwrap_err().why, Why::NotAMesh);
 }
 
 #[test]

@@ -46,7 +46,7 @@ export class Locator {
   ) {
     this.folder = parent(urdf);
     this.above = ancestors(this.folder);
-    this.extensions = includes(urdf) ? new Set([...EXTENSIONS, ...DESCRIPTIONS]) : EXTENSIONS;
+    this.extensions = includes(urdf) ? new Set([...EXTENSIONS, ...DESCRIPTIONS, "urdf"]) : EXTENSIONS;
   }
 
   /** The path of the file of `uri`. */

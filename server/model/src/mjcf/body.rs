@@ -4,7 +4,7 @@ use glamx::{DMat3, DPose3, DVec3};
 
 use super::geom::Geom;
 use super::joint::BodyJoint;
-use super::{Reader, files, geom, joint};
+use super::{Reader, files, geom, joint, value};
 use crate::inertia;
 use crate::report::Disposition::{Ignored, Repaired, Used};
 use crate::robot::Inertial;
@@ -29,6 +29,10 @@ pub(super) struct Body {
     pub(super) geoms: Vec<Geom>,
     /// Its tree never sleeps.
     pub(super) stays_awake: bool,
+    /// Part of its weight that something else carries.
+    pub(super) gravity_compensation: f64,
+    /// Whether its joints compensate the weight of what they carry: see `gravity`.
+    pub(super) compensates: bool,
     /// Mass, centre and inertia of its `<inertial>`, if it has one.
     given: Option<Inertial>,
 }
@@ -73,8 +77,20 @@ impl Body {
             is_free: false,
             geoms: Vec::new(),
             stays_awake: false,
+            gravity_compensation: 0.0,
+            compensates: false,
             given: None,
         }
+    }
+
+    /// Returns whether it has no weight.
+    pub(super) fn is_light(&self) -> bool {
+        self.inertial.mass == 0.0
+    }
+
+    /// Returns whether something else carries its whole weight.
+    pub(super) fn is_held(&self) -> bool {
+        self.gravity_compensation == 1.0
     }
 }
 
@@ -153,10 +169,7 @@ impl<'a> Reader<'a> {
             let message = "simd has no mocap bodies: it stands still";
             self.notes.warn(element, Ignored, message);
         }
-        if element.word("gravcomp").is_some_and(|word| word.parse() != Ok(0.0)) {
-            let message = "gravcomp is not read: joints have gravity compensation in simd";
-            self.notes.warn(element, Ignored, message);
-        }
+        let held = value::numbers::<1>(element, "gravcomp", &mut self.notes)?;
         let stays_awake = match element.word("sleep") {
             Some("never") => true,
             Some("init") => {
@@ -171,6 +184,7 @@ impl<'a> Reader<'a> {
             parent,
             parent_from_body: inside.frame * pose,
             stays_awake,
+            gravity_compensation: held.map_or(0.0, |[held]| held),
             ..Body::world(element)
         });
         let class =

@@ -4,8 +4,9 @@ use glamx::{DPose3, DQuat, DVec3};
 
 use super::Reader;
 use super::body::Body;
+use super::coupling::Linear;
 use super::joint::{Joints, Kind};
-use super::value;
+use super::{tendon, value};
 use crate::report::Disposition::{Ignored, Repaired, Used};
 use crate::translation::draft::{At, DraftConstraintKind};
 use crate::translation::element::Element;
@@ -51,6 +52,7 @@ pub(super) fn read<'a>(
         }
         match element.tag() {
             "joint" => follow(element, reader, joints, held)?,
+            "tendon" => couple_tendons(element, reader, joints, held)?,
             "weld" | "connect" => hold(element, reader, held)?,
             _ => {
                 let message = "not read by simd: left out";
@@ -123,6 +125,21 @@ fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>)
     Ok(())
 }
 
+/// Returns the first two coefficients of a polynomial. Warns if others are not 0.
+fn linear<'a>(element: Element<'a>, reader: &mut Reader<'a>) -> Result<[f64; 2], Stop> {
+    let equality = reader.scope.classes.of(element, None, ["equality", "equality"]);
+    let polynomial = match equality.get("polycoef") {
+        Some((at, text)) => value::list(at, "polycoef", text, 5)?,
+        None => vec![0.0, 1.0],
+    };
+    let of = |index: usize| polynomial.get(index).copied().unwrap_or(0.0);
+    if (2..5).any(|index| of(index) != 0.0) {
+        let message = "joints follow one another by a factor in simd: the first two coefficients are taken";
+        reader.notes.warn(element, Repaired, message);
+    }
+    Ok([of(0), of(1)])
+}
+
 /// q1 - ref1 = c0 + c1 (q2 - ref2) + ...
 fn follow<'a>(
     element: Element<'a>,
@@ -134,61 +151,107 @@ fn follow<'a>(
         reader.notes.warn(element, Ignored, "it names no joint: left out");
         return Ok(());
     };
-    let equality = reader.scope.classes.of(element, None, ["equality", "equality"]);
-    let polynomial = match equality.get("polycoef") {
-        Some((at, text)) => value::list(at, "polycoef", text, 5)?,
-        None => vec![0.0, 1.0],
-    };
-    let of = |index: usize| polynomial.get(index).copied().unwrap_or(0.0);
-    let (offset, factor) = (of(0), of(1));
-    let known = |name: &str| joints.known.get(name).copied().filter(|(kind, _)| *kind != Kind::Ball);
-    let Some((_, first)) = known(follower) else {
+    let [offset, factor] = linear(element, reader)?;
+    let known = |name: &str| joints.known.get(name).copied().filter(|joint| joint.kind != Kind::Ball);
+    let Some(first) = known(follower) else {
         reader.notes.warn(element, Ignored, "it names a joint that does not exist or is a ball: left out");
         return Ok(());
     };
     let Some(leader) = element.word("joint2") else {
         return keep(element, follower, offset, reader, held);
     };
-    let Some((_, second)) = known(leader) else {
+    let Some(second) = known(leader) else {
         reader.notes.warn(element, Ignored, "it names a joint that does not exist or is a ball: left out");
         return Ok(());
     };
-    if (2..5).any(|index| of(index) != 0.0) {
-        let message = "joints follow one another by a factor in simd: only the first two coefficients are \
-                       used";
-        reader.notes.warn(element, Repaired, message);
-    }
     if follower == leader {
         reader.notes.warn(element, Ignored, "a joint does not follow itself: left out");
         return Ok(());
     }
-    let offset = first + offset - factor * second;
-    let [Some(one), Some(other)] = [leader, follower].map(|joint| body_of(&reader.bodies, joint)) else {
+    let offset = first.reference + offset - factor * second.reference;
+    couple(element, follower, Linear { joint: leader.to_owned(), factor, offset }, reader, joints, held);
+    Ok(())
+}
+
+/// Couples two tendons, or keeps the length of one: L1 - L1(0) = c0 + c1 (L2 - L2(0)) + ...
+///
+/// This holds one joint in place, or lets one follow another, if the lengths are those of at most two joints that
+/// follow none.
+fn couple_tendons<'a>(
+    element: Element<'a>,
+    reader: &mut Reader<'a>,
+    joints: &mut Joints,
+    held: &mut Vec<Held>,
+) -> Result<(), Stop> {
+    let named = [element.word("tendon1"), element.word("tendon2")];
+    let found = named.map(|name| name.and_then(|name| joints.tendons.get(name)).cloned());
+    let [Some(first), second] = found else {
+        reader.notes.warn(element, Ignored, "it names no fixed tendon: left out");
         return Ok(());
     };
-    let is_of_one = top_of(&reader.bodies, one) == top_of(&reader.bodies, other);
-    if is_of_one && !joints.mimics.contains_key(follower) && !follows(joints, leader, follower) {
-        joints.mimics.insert(follower.to_owned(), (leader.to_owned(), factor, offset));
-        if joints.drives.contains_key(follower) {
+    if second.is_none() && named[1].is_some() {
+        reader.notes.warn(element, Ignored, "it names a tendon that is not there or not fixed: left out");
+        return Ok(());
+    }
+    let [offset, factor] = linear(element, reader)?;
+    let mut terms = first.terms;
+    let mut constant = first.reference + offset;
+    if let Some(second) = second {
+        constant -= factor * second.reference;
+        terms.extend(second.terms.into_iter().map(|(name, by)| (name, -factor * by)));
+    }
+    let sum = joints.couplings.sum(&terms);
+    let constant = constant - sum.offset;
+    let mut leaders = sum.factors.into_iter();
+    match (leaders.next(), leaders.next(), leaders.next()) {
+        (Some((joint, by)), None, None) => {
+            let reference = joints.known.get(&joint).map_or(0.0, |known| known.reference);
+            keep(element, &joint, constant / by - reference, reader, held)?;
+        }
+        (Some((leader, by)), Some((follower, of_follower)), None) => {
+            let (factor, offset) = (-by / of_follower, constant / of_follower);
+            couple(element, &follower, Linear { joint: leader, factor, offset }, reader, joints, held);
+        }
+        _ => {
             let message = format!(
-                "the joint {} follows {} and has no actuator of its own in simd: drive {1}",
-                quoted(follower),
-                quoted(leader)
+                "its joints ({}) are not one or two that move by themselves: they are not coupled",
+                tendon::names(&terms)
             );
             reader.notes.warn(element, Ignored, message);
         }
-        return Ok(());
+    }
+    Ok(())
+}
+
+/// Lets a joint follow another one: as a mimic within a robot, otherwise by a gear.
+fn couple<'a>(
+    element: Element<'a>,
+    follower: &str,
+    of: Linear,
+    reader: &mut Reader<'a>,
+    joints: &mut Joints,
+    held: &mut Vec<Held>,
+) {
+    let leader = of.joint.as_str();
+    let [Some(one), Some(other)] = [leader, follower].map(|joint| body_of(&reader.bodies, joint)) else {
+        return;
+    };
+    joints.couplings.add(follower, of.clone());
+    let is_of_one = top_of(&reader.bodies, one) == top_of(&reader.bodies, other);
+    if is_of_one && !joints.mimics.contains_key(follower) && !follows(joints, leader, follower) {
+        joints.mimics.insert(follower.to_owned(), (leader.to_owned(), of.factor, of.offset));
+        return;
     }
     let end = |body: usize, joint: &str| End { body, pose: DPose3::IDENTITY, joint: Some(joint.to_owned()) };
     let ends = [end(one, leader), end(other, follower)];
     let message = format!("a gear between {} and {}", quoted(leader), quoted(follower));
     reader.notes.info(element, Used, message);
     let (name, at) = (name_of(element, held), (element.file, element.line()));
-    held.push(Held { name, at, kind: DraftConstraintKind::Gear(factor, offset), ends });
-    Ok(())
+    held.push(Held { name, at, kind: DraftConstraintKind::Gear(of.factor, of.offset), ends });
 }
 
-/// Reads a joint that stays where it is: its body is welded to the parent.
+/// Reads a joint that stays where it is: its body is welded to the parent. One of several joints of a body is locked by
+/// its limits.
 fn keep<'a>(
     element: Element<'a>,
     joint: &str,
@@ -200,8 +263,13 @@ fn keep<'a>(
     let found = index.and_then(|index| Some((index, reader.bodies.get(index)?)));
     let Some((index, Body { parent, parent_from_body, joints, .. })) = found else { return Ok(()) };
     let [only] = &joints[..] else {
-        let message = "it fixes one of several joints of a body: left out; give the joint a range";
-        reader.notes.warn(element, Ignored, message);
+        let own = reader.bodies.get_mut(index).map(|body| &mut body.joints);
+        let own = own.into_iter().flatten().find(|own| own.name == joint && own.kind != Kind::Ball);
+        if let Some(own) = own {
+            let place = Some(own.reference + offset);
+            (own.limits.lower, own.limits.upper) = (place, place);
+            reader.notes.info(element, Used, format!("the joint {} is locked by its limits", quoted(joint)));
+        }
         return Ok(());
     };
     let moved = match only.kind {

@@ -105,19 +105,17 @@ fn of_box(kind: &str, half: DVec3) -> [f64; 3] {
     }
 }
 
-/// Returns the middle and the sizes of a primitive that contains all points.
+/// Returns the middle of all points, and the sizes of a primitive that replaces the box around them.
 fn extent<P: Iterator<Item = DVec3>>(kind: &str, points: impl Fn() -> P) -> (DVec3, [f64; 3]) {
     let low = points().fold(DVec3::INFINITY, DVec3::min);
     let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let center = 0.5 * (low + high);
-    let most = |of: fn(DVec3) -> f64| points().map(|point| of(point - center)).fold(0.0, f64::max);
-    let across = || most(|point| point.x.hypot(point.y));
-    let up = || most(|point| point.z.abs());
+    let half = 0.5 * (high - low);
+    let across = half.x.max(half.y);
     let size = match kind {
-        "sphere" => [most(DVec3::length), 0.0, 0.0],
-        "capsule" => [across(), (up() - across()).max(0.0), 0.0],
-        "cylinder" => [across(), up(), 0.0],
-        _ => (0.5 * (high - low)).to_array(),
+        "sphere" => [half.max_element(), 0.0, 0.0],
+        "capsule" => [across, (half.z - across).max(0.0), 0.0],
+        "cylinder" => [across, half.z, 0.0],
+        _ => half.to_array(),
     };
-    (center, size)
+    (0.5 * (low + high), size)
 }

@@ -150,15 +150,14 @@ pub(super) fn read(
     let texture = texture.and_then(|material| context.library.picture(material, kind, [size(0), size(1)]));
     let color = color.map(|color: [f64; 4]| color.map(|part| part.clamp(0.0, 1.0)));
     let is_collision = contype != 0 || conaffinity != 0;
-    if !is_collision && context.compiler.discard_visual {
-        return Ok(None);
-    }
+    // The weight of a discarded geom stays.
+    let is_discarded = !is_collision && context.compiler.discard_visual;
     let weighed =
         of_water.map_or(Ok(Inertial::ZERO), |of_water| weighed(geom, of_water, &pose, kind, notes))?;
     let at: At = (element.file, element.line());
     Ok(Some(Geom {
         shape: DraftShape { at, link_from_shape: pose, geometry, color, texture },
-        is_visual: !is_collision || group <= SHOWN,
+        is_visual: !is_discarded && (!is_collision || group <= SHOWN),
         is_collision,
         contype,
         conaffinity,

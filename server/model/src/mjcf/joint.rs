@@ -6,7 +6,9 @@ use glamx::{DPose3, DVec3};
 
 use super::body::Body;
 use super::compiler::Compiler;
+use super::coupling::Couplings;
 use super::defaults::Classed;
+use super::tendon::Tendons;
 use super::value;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::JointLimits;
@@ -47,7 +49,10 @@ pub(super) struct BodyJoint {
 /// Settings of joints outside of bodies, by name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Joints {
-    pub(super) known: BTreeMap<String, (Kind, f64)>,
+    pub(super) known: BTreeMap<String, Known>,
+    pub(super) tendons: Tendons,
+    /// Joints that follow one another, by a mimic or a gear.
+    pub(super) couplings: Couplings,
     pub(super) drives: BTreeMap<String, DraftDrive>,
     /// Maximum effort of their actuators.
     pub(super) efforts: BTreeMap<String, f64>,
@@ -55,11 +60,25 @@ pub(super) struct Joints {
     pub(super) mimics: BTreeMap<String, (String, f64, f64)>,
 }
 
+/// A joint of a body, for settings outside of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    pub(super) kind: Kind,
+    /// Position in the file's pose.
+    pub(super) reference: f64,
+    /// Rest position of its spring.
+    pub(super) rest: f64,
+}
+
 impl Joints {
     /// Makes it without settings.
     pub(super) fn of(bodies: &[Body]) -> Self {
         let joints = bodies.iter().flat_map(|body| &body.joints);
-        let known = joints.map(|joint| (joint.name.clone(), (joint.kind, joint.reference))).collect();
+        let known = |joint: &BodyJoint| {
+            let BodyJoint { kind, reference, rest, .. } = *joint;
+            (joint.name.clone(), Known { kind, reference, rest })
+        };
+        let known = joints.map(known).collect();
         Self { known, ..Self::default() }
     }
 }

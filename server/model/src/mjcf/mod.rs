@@ -3,14 +3,15 @@
 //! * `files`: includes. `compiler`: settings. `defaults`: classes. `value`: numbers and orientations.
 //! * `assets`: meshes, height fields, materials. `inline_mesh`: meshes without a file.
 //! * `body`, `joint`, `geom`, `mesh_inertia`: the moving bodies. `fit`: primitives fitted to meshes.
+//! * `gravity`: bodies without weight.
 //! * `replicate`: copies. `attach`: parts of other files.
-//! * `actuator`, `equality`, `keyframe`: settings of joints. `spring_damper`: springs that depend on
-//!   inertias.
+//! * `actuator`, `equality`, `tendon`, `keyframe`: settings of joints. `coupling`: joints that follow others.
+//!   `spring_damper`: springs that depend on inertias.
 //! * `sensor`: sensors. `split`: splits bodies into robots.
 //!
 //! A body without a joint to the world does not move. All such bodies are one robot; each other child of the
-//! world is one with its descendants. Ignored elements (tendons, muscles, skins, flexible bodies) are in the
-//! report.
+//! world is one with its descendants. Ignored elements (spatial tendons, muscles, skins, flexible bodies) are in
+//! the report.
 
 mod actuator;
 mod assets;
@@ -18,11 +19,13 @@ mod attach;
 mod body;
 mod builtin_texture;
 mod compiler;
+mod coupling;
 mod defaults;
 mod equality;
 mod files;
 mod fit;
 mod geom;
+mod gravity;
 mod inline_mesh;
 mod joint;
 mod keyframe;
@@ -31,6 +34,7 @@ mod replicate;
 mod sensor;
 mod split;
 mod spring_damper;
+mod tendon;
 mod value;
 
 use std::collections::BTreeMap;
@@ -145,15 +149,23 @@ impl<'a> Reader<'a> {
         self.finish_masses();
         spring_damper::set(&mut self.bodies, &mut self.notes);
         let mut joints = joint::Joints::of(&self.bodies);
-        for section in of("actuator") {
-            let elements = files::expanded(section, self.sources, self.file_indices)?;
-            actuator::read(&elements, self, &mut joints)?;
+        let mut tendons = Vec::new();
+        for section in of("tendon") {
+            tendons.extend(files::expanded(section, self.sources, self.file_indices)?);
         }
+        tendon::read(&tendons, &mut joints, &mut self.notes)?;
         let mut held = Vec::new();
         for section in of("equality") {
             let elements = files::expanded(section, self.sources, self.file_indices)?;
             equality::read(&elements, self, &mut joints, &mut held)?;
         }
+        tendon::apply(&tendons, self, &mut joints)?;
+        let mut actuators = Vec::new();
+        for section in of("actuator") {
+            actuators.extend(files::expanded(section, self.sources, self.file_indices)?);
+        }
+        actuator::read(&actuators, self, &mut joints)?;
+        gravity::settle(&mut self.bodies, &joints, &mut self.notes);
         let mut keys = Vec::new();
         for section in of("keyframe") {
             let elements = files::expanded(section, self.sources, self.file_indices)?;
@@ -184,12 +196,12 @@ impl<'a> Reader<'a> {
         for section in sections {
             match section.tag() {
                 "compiler" | "default" | "asset" | "worldbody" | "actuator" | "equality" | "keyframe"
-                | "contact" | "sensor" | "size" | "visual" | "statistic" | "custom" => {}
+                | "tendon" | "contact" | "sensor" | "size" | "visual" | "statistic" | "custom" => {}
                 "option" => {
                     let message = "settings of the physics belong to the world, and do not change";
                     self.notes.info(*section, Ignored, message);
                 }
-                "tendon" | "deformable" | "extension" => {
+                "deformable" | "extension" => {
                     for element in section.elements() {
                         self.notes.warn(element, Ignored, "not read by simd: left out");
                     }

@@ -288,7 +288,8 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
         if written.mimic.is_none() {
             written.position = (joint.reference != 0.0 && !is_ball).then_some(joint.reference);
             // A joint without an actuator is passive.
-            written.drive = said.drives.get(&joint.name).cloned().or_else(|| Some(DraftDrive::default()));
+            let drive = said.drives.get(&joint.name).cloned().unwrap_or_default();
+            written.drive = Some(DraftDrive { gravity_compensation: body.compensates, ..drive });
         }
         draft.joints.push(written);
         (pose, anchor) = (DPose3::IDENTITY, joint.anchor);

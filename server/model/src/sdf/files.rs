@@ -76,7 +76,7 @@ fn find(
     limits: &LoadLimits,
 ) -> Result<Option<String>, Stop> {
     let lower = uri.to_ascii_lowercase();
-    if [".sdf", ".world", ".xml"].iter().any(|ending| lower.ends_with(ending)) {
+    if [".sdf", ".world", ".xml", ".urdf"].iter().any(|ending| lower.ends_with(ending)) {
         return Ok(texts.include(uri, assets, limits)?.then(|| uri.to_owned()));
     }
     let folder = uri.trim_end_matches('/');

@@ -1,5 +1,7 @@
 //! A joint: its frame in the model's, its axes, limits, damping and friction.
 
+use std::collections::BTreeSet;
+
 use glamx::{DPose3, DVec3};
 
 use super::frames::{Frames, MODEL};
@@ -7,7 +9,7 @@ use super::model::Model;
 use super::sensor;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::JointLimits;
-use crate::translation::draft::{At, DraftSensor};
+use crate::translation::draft::{At, DraftDrive, DraftSensor};
 use crate::translation::element::{Element, report_unknown};
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
@@ -45,6 +47,11 @@ pub(super) struct Axis {
     pub(super) friction: f64,
     /// Stiffness, and rest position.
     pub(super) spring: Option<[f64; 2]>,
+    /// The armature, drive and position of an included URDF.
+    pub(super) armature: f64,
+    pub(super) drive: Option<DraftDrive>,
+    /// Initial position.
+    pub(super) position: Option<f64>,
 }
 
 const KNOWN: [&str; 11] = [
@@ -74,6 +81,12 @@ impl Joint {
     }
 }
 
+/// Returns an end of a joint that belongs to an include that is not there.
+pub(super) fn lost_end<'a>(joint: Element<'a>, absent: &BTreeSet<String>) -> Option<&'a str> {
+    let mut ends = ["parent", "child"].into_iter().filter_map(|tag| joint.text_of(tag));
+    ends.find(|end| absent.contains(end.split_once("::").map_or(*end, |(of, _)| of)))
+}
+
 /// Reads a joint with a known frame, in a model with known links.
 pub(super) fn read(
     element: Element,
@@ -83,6 +96,11 @@ pub(super) fn read(
     notes: &mut Notes,
 ) -> Result<Option<Joint>, Stop> {
     let Some(name) = element.word("name") else { return Err(Stop::at(element, "it has no name")) };
+    if let Some(lost) = lost_end(element, &model.absent) {
+        let message = format!("{} belongs to an include that is not there: left out", quoted(lost));
+        notes.warn(element, Ignored, message);
+        return Ok(None);
+    }
     let end = |tag: &'static str| -> Result<Option<String>, Stop> {
         let Some(said) = element.child(tag) else {
             return Err(Stop::at(element, format!("it has no {tag}")));
@@ -176,6 +194,9 @@ fn axis(
         damping: 0.0,
         friction: 0.0,
         spring: None,
+        armature: 0.0,
+        drive: None,
+        position: None,
     };
     let Some(element) = joint.child(tag) else {
         notes.warn(joint, Repaired, format!("it has no {tag}: 0 0 1 is used"));

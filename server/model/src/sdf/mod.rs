@@ -4,6 +4,7 @@
 //! * `model`: one model, with nested ones flattened into it.
 //! * `frames`: poses of everything in a model.
 //! * `link`, `joint` and `sensor`: parts of a model.
+//! * `urdf_model`: an included URDF.
 //! * `split`: splits a model into robots, each of which is a tree.
 
 mod files;
@@ -13,6 +14,7 @@ mod link;
 mod model;
 mod sensor;
 mod split;
+mod urdf_model;
 
 use std::collections::BTreeMap;
 
@@ -38,6 +40,7 @@ const BUDGET: usize = 300_000;
 struct Reader<'a> {
     sources: &'a [Source<'a>],
     file_indices: &'a FileIndices,
+    assets: &'a dyn Assets,
     limits: &'a LoadLimits,
     notes: Notes,
     /// Elements that may still be read.
@@ -65,6 +68,7 @@ pub(crate) fn translate(
     let mut reader = Reader {
         sources: &sources,
         file_indices: &file_indices,
+        assets,
         limits,
         notes,
         left: BUDGET,

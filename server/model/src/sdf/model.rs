@@ -31,6 +31,8 @@ pub(super) struct Model {
     pub(super) canonical: Option<String>,
     /// Link that a frame or a joint is fixed to, by its name.
     pub(super) attached: BTreeMap<String, String>,
+    /// Names of its includes that are not there.
+    pub(super) absent: BTreeSet<String>,
 }
 
 impl Model {
@@ -56,6 +58,11 @@ pub(super) struct Placement {
 }
 
 impl Placement {
+    /// Returns the placement of a model that names none.
+    pub(super) fn at_origin() -> Self {
+        Self { pose: DPose3::IDENTITY, frame: None, relative_to: None }
+    }
+
     /// Returns the model's frame in the frame that the pose is relative to.
     pub(super) fn parent_from_model(&self, model: &Model) -> DPose3 {
         let frame = self.frame.as_ref().and_then(|frame| model.frames.get(frame));
@@ -136,6 +143,16 @@ fn fixed_to(
     named.collect()
 }
 
+/// Returns the name that an include gives its model, or the name of its folder or file.
+fn include_name(include: Element) -> String {
+    let last = |uri: &str| {
+        let last = uri.trim_end_matches('/').rsplit('/').next().unwrap_or_default();
+        last.split('.').next().unwrap_or_default().to_owned()
+    };
+    let name = include.text_of("name").map(str::to_owned);
+    name.unwrap_or_else(|| include.text_of("uri").map(last).unwrap_or_default())
+}
+
 impl<'a> Reader<'a> {
     /// Reads a `<model>` at a nesting depth.
     pub(super) fn model(&mut self, element: Element<'a>, depth: usize) -> Result<(Model, Placement), Stop> {
@@ -154,6 +171,7 @@ impl<'a> Reader<'a> {
         let mut attached_to: BTreeMap<String, String> = BTreeMap::new();
         let mut taken = Names::default();
         let mut own_names: BTreeSet<String> = BTreeSet::new();
+        let mut absent: BTreeSet<String> = BTreeSet::new();
 
         for child in element.elements() {
             self.spend(child)?;
@@ -163,7 +181,10 @@ impl<'a> Reader<'a> {
                         "model" => Some(self.model(child, depth + 1)?),
                         _ => self.included_at(child, depth + 1)?,
                     };
-                    let Some((mut model, placement)) = read else { continue };
+                    let Some((mut model, placement)) = read else {
+                        absent.insert(include_name(child));
+                        continue;
+                    };
                     let is_merged = child.tag() == "include"
                         && child
                             .word("merge")
@@ -203,6 +224,9 @@ impl<'a> Reader<'a> {
                     let Some(own) = child.word("name") else {
                         return Err(Stop::at(child, "it has no name"));
                     };
+                    if child.tag() == "joint" && joint::lost_end(child, &absent).is_some() {
+                        continue;
+                    }
                     if !taken.take(own) {
                         // In old files a link and a joint may have the same name; the link is the frame of
                         // that name.
@@ -248,6 +272,7 @@ impl<'a> Reader<'a> {
             frames: BTreeMap::new(),
             canonical: None,
             attached: BTreeMap::new(),
+            absent,
             name,
         };
         self.take_nested(nested, &mut frames, &mut model, element)?;
@@ -340,6 +365,18 @@ impl<'a> Reader<'a> {
         self.included_at(include, 0)
     }
 
+    /// Reports an included file without a model: with lights alone it is whole.
+    fn holds_no_model(&mut self, include: Element<'a>, root: Element<'a>) {
+        let world = root.child("world").unwrap_or(root);
+        let mut elements = world.elements().peekable();
+        if elements.peek().is_some() && elements.all(|element| ["light", "actor"].contains(&element.tag())) {
+            return self.notes.info(include, Ignored, "lights and actors are not read by simd");
+        }
+        let message = "the file holds no model: left out";
+        self.notes.warn(include, Ignored, message);
+        self.missing.get_or_insert(message.to_owned());
+    }
+
     fn included_at(
         &mut self,
         include: Element<'a>,
@@ -370,13 +407,16 @@ impl<'a> Reader<'a> {
             self.missing.get_or_insert(message);
             return Ok(None);
         };
-        let Some(element) =
-            root.child("model").or_else(|| root.child("world").and_then(|it| it.child("model")))
-        else {
-            let message = format!("{} holds no model", quoted(uri));
-            return Err(Stop::at(include, message));
+        let (mut model, mut placement) = if root.tag() == "robot" {
+            self.urdf_model(include, root)?
+        } else {
+            let of_world = || root.child("world").and_then(|it| it.child("model"));
+            let Some(element) = root.child("model").or_else(of_world) else {
+                self.holds_no_model(include, root);
+                return Ok(None);
+            };
+            self.model(element, depth + 1)?
         };
-        let (mut model, mut placement) = self.model(element, depth + 1)?;
         if let Some(name) = include.text_of("name") {
             model.name = name.to_owned();
         }

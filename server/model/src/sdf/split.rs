@@ -268,6 +268,8 @@ fn add_joint(
             written.axis = axis.direction;
             written.limits = axis.limits;
             (written.damping, written.friction, written.spring) = (axis.damping, axis.friction, axis.spring);
+            (written.armature, written.position) = (axis.armature, axis.position);
+            written.drive.clone_from(&axis.drive);
         }
         if index == 0 {
             written.mimic.clone_from(&joint.mimic);

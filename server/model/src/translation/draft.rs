@@ -142,6 +142,8 @@ pub(crate) struct DraftDrive {
     pub(crate) command: Option<&'static str>,
     pub(crate) stiffness: Option<f64>,
     pub(crate) damping: Option<f64>,
+    /// Whether position and velocity targets hold the weight of the links behind the joint.
+    pub(crate) gravity_compensation: bool,
 }
 
 #[derive(Clone, Debug)]

@@ -71,6 +71,12 @@ impl Notes {
         self.keep(Finding { severity, disposition, element, file, line: Some(line), message });
     }
 
+    /// Adds a finding about an included file, which another reader made.
+    pub(crate) fn of_file(&mut self, uri: &str, finding: Finding) {
+        let file = finding.file.or_else(|| Some(uri.to_owned()).filter(|uri| !uri.is_empty()));
+        self.keep(Finding { file, ..finding });
+    }
+
     fn push(&mut self, severity: Severity, disposition: Disposition, at: Element, message: String) {
         if disposition == Disposition::Ignored {
             self.ignored.insert(kind_of(at));

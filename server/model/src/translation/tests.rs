@@ -7,7 +7,9 @@ mod inline_mesh;
 mod mjcf;
 mod replicate;
 mod sdf;
+mod tendons;
 mod textures;
+mod urdf_model;
 
 use std::collections::HashMap;
 

@@ -56,7 +56,8 @@ pub(crate) fn report<'a>(sources: &'a [Source<'a>], notes: &mut Notes) {
     let mut named: HashSet<u64> = HashSet::new();
     let mut left_out = 0_usize;
     for (file, source) in sources.iter().enumerate() {
-        let Some(root) = Element::root(sources, file) else { continue };
+        // The reader of URDF reports on an included one.
+        let Some(root) = Element::root(sources, file).filter(|root| root.tag() != "robot") else { continue };
         let mut open = vec![root];
         while let Some(element) = open.pop() {
             let tag = element.tag();

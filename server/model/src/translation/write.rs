@@ -270,6 +270,9 @@ fn write_drives(text: &mut Text, draft: &Draft) {
                 text.line(at, 3, &format!("<param name=\"{name}\">{gain}</param>"));
             }
         }
+        if drive.gravity_compensation {
+            text.line(at, 3, "<param name=\"gravity_compensation\">true</param>");
+        }
         let measured = match joint.position {
             Some(position) => format!(
                 "<state_interface name=\"position\"><param name=\"initial_value\">{position}</param></state_interface>"

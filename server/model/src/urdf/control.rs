@@ -126,7 +126,12 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
         gain.filter(|gain| *gain >= 0.0)
     });
     let armature = param(node, &["armature"], findings).filter(|armature| *armature >= 0.0);
+    let is_compensated = says(node, "gravity_compensation");
     let of_joint = setup.joint(index);
+    if is_compensated {
+        of_joint.gravity_compensation = true;
+        said.push("its weight is compensated".to_owned());
+    }
     if let Some(position) = position {
         let nearest = joint.limits.nearest(position);
         if nearest != position {
@@ -225,12 +230,13 @@ fn follow(node: Node, index: usize, joints: &mut [Joint], findings: &mut Finding
 /// Reports the parts of a joint that are not read.
 fn unread(node: Node, findings: &mut Findings) {
     const TAGS: [&str; 4] = ["command_interface", "state_interface", "param", "mimic"];
-    const PARAMS: [&str; 14] = [
+    const PARAMS: [&str; 15] = [
         "mimic",
         "multiplier",
         "offset",
         "initial_position",
         "armature",
+        "gravity_compensation",
         "pos_kp",
         "position_proportional_gain",
         "kp",
@@ -258,6 +264,13 @@ fn unread(node: Node, findings: &mut Findings) {
     if !others.is_empty() {
         findings.info(node, Ignored, format!("not read by simd: {}", others.join(", ")));
     }
+}
+
+/// Returns whether a parameter is true.
+fn says(node: Node, name: &str) -> bool {
+    let has_name = |child: &Node| is(*child, "param") && child.attribute("name").map(str::trim) == Some(name);
+    let text = node.children().find(has_name).and_then(|param| param.text()).unwrap_or_default();
+    text.trim() == "1" || text.trim().eq_ignore_ascii_case("true")
 }
 
 /// Returns the number of the first parameter that has one of these names.

@@ -43,7 +43,7 @@ class Locator:
         """Prepares the search for a URDF file. Packages are searched in `packages`, then in ROS's folders (by
         default from this process's environment), then in the folders above the file."""
         self._folder = Path(urdf).parent
-        self._extensions = EXTENSIONS | DESCRIPTIONS if includes(urdf) else EXTENSIONS
+        self._extensions = EXTENSIONS | DESCRIPTIONS | {"urdf"} if includes(urdf) else EXTENSIONS
         self._packages = {name: Path(folder) for name, folder in (packages or {}).items()}
         self._ros = RosPaths.of_environment() if ros is None else ros
 

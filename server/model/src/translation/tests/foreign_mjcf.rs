@@ -51,17 +51,29 @@ fn what_a_follower_has_is_of_the_motion_that_both_share() {
     // Efforts of both springs at 0: 5 1 + 2 20 (0.3 - 0.1).
     assert!((spring.rest - 13.0 / 85.0).abs() < 1e-12);
     assert!(of("r").is_none_or(|setup| setup.armature == 0.0 && setup.spring.is_none()));
-    assert!(find(&report, "has no actuator of its own").message.contains("drive \"l\""));
+    assert!(
+        find(&report, "through its follower \"r\", 2 times")
+            .message
+            .starts_with("joint \"l\": driven by effort")
+    );
 }
 
 #[test]
 fn primitives_are_fitted_to_meshes_as_mujoco_fits_them() {
-    const CORNERS: &str = "-1 -1 -2 1 -1 -2 1 1 -2 -1 1 -2 -1 -1 2 1 -1 2 1 1 2 -1 1 2";
+    const CORNERS: &str = "-1 -1.5 -2 1 -1.5 -2 1 1.5 -2 -1 1.5 -2 -1 -1.5 2 1 -1.5 2 1 1.5 2 -1 1.5 2";
+    const EXTENT: &str = "<compiler fitaabb='true'/>";
     // MuJoCo 4.0.0: sizes of the inertia's box, and of the extent.
     for (settings, kind, mass) in [
-        ("", "capsule", 13613.56816556),
-        ("", "box", 16000.0),
-        ("<compiler fitaabb='true'/>", "box", 16000.0),
+        ("", "sphere", 14137.166941154077),
+        ("", "capsule", 21680.26180211708),
+        ("", "cylinder", 19634.95408493622),
+        ("", "ellipsoid", 12566.370614359179),
+        ("", "box", 24000.0),
+        (EXTENT, "sphere", 33510.32163829113),
+        (EXTENT, "capsule", 21205.750411731104),
+        (EXTENT, "cylinder", 28274.33388230814),
+        (EXTENT, "ellipsoid", 12566.370614359172),
+        (EXTENT, "box", 24000.0),
     ] {
         let text = format!(
             "<mujoco>{settings}<asset><mesh name='m' vertex='{CORNERS}'/></asset><worldbody><body name='b'>\
@@ -69,7 +81,7 @@ fn primitives_are_fitted_to_meshes_as_mujoco_fits_them() {
         );
         let (model, _) = robot(&text);
         let body = link(&model, "b");
-        assert!((body.inertial.mass - mass).abs() < 1e-6, "{kind}: {}", body.inertial.mass);
+        assert!((body.inertial.mass - mass).abs() < 1e-6 * mass, "{kind}: {}", body.inertial.mass);
         assert!(near(body.inertial.center_of_mass, [0.0, 0.0, 1.0]));
         assert_eq!(body.collisions.len(), 1);
     }
@@ -134,7 +146,7 @@ const WITHOUT_USE: &[(&str, &str)] = &[
     ("site", "type group material size rgba user"),
     ("motor", "lengthrange actlimited actrange user"),
     ("position", "timeconst inheritrange ctrlrange"),
-    ("general", "dynprm actearly actdim ctrlrange"),
+    ("general", "dynprm actearly actdim"),
     ("key", "time qvel act ctrl mpos mquat"),
 ];
 
@@ -177,4 +189,14 @@ fn what_is_not_read_of_a_file_is_named_by_element_and_attribute() {
     }
     // Attributes that are read are not reported.
     assert!(!report.findings.iter().any(|finding| finding.message.contains("\"qpos\"")));
+}
+
+/// MuJoCo 4.0.0 computes masses before it discards geoms.
+#[test]
+fn a_discarded_geom_leaves_its_weight() {
+    let text = "<mujoco><compiler discardvisual='true'/><worldbody><body name='b'><freejoint/>\
+                <geom type='box' size='1 1 1'/><geom type='box' size='1 1 1' contype='0' conaffinity='0'/></body></worldbody></mujoco>";
+    let (model, _) = robot(text);
+    let body = link(&model, "b");
+    assert_eq!((body.inertial.mass, body.visuals.len(), body.collisions.len()), (16000.0, 1, 1));
 }

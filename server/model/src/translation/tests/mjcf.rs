@@ -102,7 +102,7 @@ fn actuators_are_modes_gains_and_limits() {
         said.iter().any(|(line, message)| *line == Some(2) && message.contains("no actuator muscle")),
         "{said:?}"
     );
-    assert!(said.iter().any(|(_, message)| message.contains("only joints have actuators")), "{said:?}");
+    assert!(said.iter().any(|(_, message)| message.contains("there is no fixed tendon \"x\"")), "{said:?}");
 }
 
 #[test]
@@ -222,13 +222,13 @@ fn shapes_between_two_points_lie_along_the_line() {
 #[test]
 fn what_is_not_read_is_named_by_line() {
     let text = mjcf(
-        "<tendon>\n<fixed name='t'/></tendon>",
+        "<tendon>\n<spatial name='t' stiffness='3'/></tendon>",
         "<body name='a'><freejoint/><geom size='1'/>\n<composite/></body>",
     );
     let (_, report) = robot(&text);
     assert_eq!(
         warnings(&report),
-        [(Some(3), "not read by simd: left out"), (Some(6), "not read by simd: left out")]
+        [(Some(6), "not read by simd: left out"), (Some(3), "only tendons of joints are read by simd: left robot is without its spring")]
     );
 }
 

@@ -120,9 +120,10 @@ fn included_and_nested_models_are_found_placed_and_named() {
     assert!(near(root_from_link(&model, "right::rim").translation, [0.0, -1.0, 0.0]));
     let Geometry::Mesh { uri, .. } = &link(&model, "left::rim").visuals[0].geometry else { panic!() };
     assert_eq!(uri, "model://wheel/meshes/rim.stl");
-    // The joints name missing links.
-    let missing = refusal(&text);
-    assert!(missing.contains("left::rim"), "{missing}");
+    // Without the file, the joints to it are left out too.
+    let without = translated(&text);
+    find(&without.report, "\"left::rim\" belongs to an include that is not there");
+    assert_eq!(without.models.len(), 1);
 }
 
 #[test]
@@ -251,4 +252,36 @@ fn models_of_a_world_stand_relative_to_its_frames_and_other_models() {
         let refused = refusal(&world(&format!("<pose relative_to='{frame}'/>")));
         assert!(refused.contains(frame), "{refused}");
     }
+}
+
+#[test]
+fn an_included_file_with_a_light_alone_does_no_harm_and_one_without_a_model_is_a_warning() {
+    let text = "<sdf version='1.6'><world name='w'><include><uri>model://sun</uri></include>\
+                <include>\n<uri>model://other</uri></include><model name='m'><link name='l'/></model></world></sdf>";
+    let files = Files::default()
+        .with("model://sun/model.sdf", "<sdf version='1.5'><light type='directional' name='sun'/></sdf>")
+        .with("model://other/model.sdf", "<sdf version='1.5'><world name='w'><physics/></world></sdf>");
+    let translation = translated_with(text, &files);
+    assert_eq!(translation.models.len(), 1);
+    let said = warnings(&translation.report);
+    assert_eq!(said, [(Some(1), "the file holds no model: left out")]);
+    assert!(translation.missing.is_some(), "a strict load refuses it");
+}
+
+#[test]
+fn joints_to_an_include_that_is_not_there_are_left_out_with_it() {
+    let text = "<sdf version='1.6'><model name='drone'><include><uri>model://iris</uri></include>\
+                <include><uri>model://frame.sdf</uri><name>f</name></include><link name='camera'/><link name='mount'/>\n\
+                <joint name='j' type='fixed'><parent>iris::base_link</parent><child>camera</child></joint>\
+                <joint name='k' type='fixed'><parent>f::base</parent><child>camera</child></joint>\
+                <joint name='m' type='fixed'><parent>mount</parent><child>camera</child></joint></model></sdf>";
+    let translation = translated(text);
+    let said = warnings(&translation.report);
+    for end in ["iris::base_link", "f::base"] {
+        let words = format!("{end:?} belongs to an include that is not there: left out");
+        assert!(said.iter().any(|(line, message)| *line == Some(2) && *message == words), "{said:#?}");
+    }
+    assert!(translation.models.iter().any(|model| model.urdf.contains("name=\"m\"")));
+    let wrong = text.replace("iris::base_link", "wing::base");
+    assert!(refusal(&wrong).contains("no link or frame of the model"));
 }
