@@ -38,7 +38,7 @@ struct Replay {
     from: Option<f64>,
     /// Makes a second run with this change, and shows how joints differ: time_step, substeps, gravity,
     /// integrator, surface_combination, or ROBOT/JOINT. with stiffness, gain_damping, damping, friction,
-    /// armature or gravity_compensation
+    /// armature, gravity_compensation or profile
     #[arg(long = "set", value_name = "KEY=VALUE")]
     changes: Vec<String>,
     /// Writes the motion of joints in both runs as comma-separated values, a row every 10 ms

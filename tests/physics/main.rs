@@ -16,6 +16,7 @@ mod contact_runs;
 mod contacts;
 mod contradictions;
 mod cradle;
+mod described_servos;
 mod distances;
 mod energy;
 mod equal_bits;

@@ -80,6 +80,7 @@ fn largest_error(case: &Case) -> f64 {
         limits: Some(JointLimits::default()),
         default_gains: None,
         gravity_compensation: None,
+        profile: None,
         spring: None,
     });
     let joints = properties.collect();

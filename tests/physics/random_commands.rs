@@ -52,6 +52,7 @@ pub(crate) fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
                 }),
                 default_gains: None,
                 gravity_compensation: None,
+                profile: None,
                 spring: None,
             };
             Command::SetJointProperties { robot, joints: vec![properties] }

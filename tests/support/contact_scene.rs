@@ -252,6 +252,7 @@ impl Robot {
                 limits: Some(JointLimits { effort, velocity: None, ..limits }),
                 default_gains: None,
                 gravity_compensation: None,
+                profile: None,
                 spring: None,
             }
         });

@@ -62,21 +62,33 @@ pub struct Described {
 ///
 /// # Panics
 /// Panics if it cannot be read: then the test that asked for it has failed.
-#[allow(clippy::panic, reason = "the test has failed")]
 pub fn read_all(sdf: &str) -> Vec<Described> {
     let (text, files) = opened(sdf);
-    let translation = match simd_model::translate(&text, &files, &LoadLimits::default()) {
+    all_of(sdf, &text, &files)
+}
+
+/// Returns all robots of the text of an SDF or MJCF that names no file.
+///
+/// # Panics
+/// Panics if it cannot be read: then the test that wrote it has failed.
+pub fn described(text: &str) -> Vec<Described> {
+    all_of(text, text.as_bytes(), &NoFiles)
+}
+
+#[allow(clippy::panic, reason = "the test has failed")]
+fn all_of(name: &str, text: &[u8], files: &dyn Assets) -> Vec<Described> {
+    let translation = match simd_model::translate(text, files, &LoadLimits::default()) {
         Ok(Some(translation)) => translation,
-        Ok(None) => panic!("{sdf} is a URDF"),
-        Err(refused) => panic!("{sdf}: {refused}"),
+        Ok(None) => panic!("{name} is a URDF"),
+        Err(refused) => panic!("{name}: {refused}"),
     };
-    let files = translation.files(&files);
+    let files = translation.files(files);
     let described = translation.models.iter().map(|translated| {
         match simd_model::read(translated.urdf.as_bytes(), &files, &ReadOptions::default()) {
             Ok((model, _)) => {
                 Described { model: Arc::new(model), pose: translated.pose, fixed: translated.fixed }
             }
-            Err(refused) => panic!("{sdf}: {refused}"),
+            Err(refused) => panic!("{name}: {refused}"),
         }
     });
     described.collect()

@@ -213,6 +213,7 @@ impl Case {
                 limits: Some(limits),
                 default_gains: None,
                 gravity_compensation: None,
+                profile: None,
                 spring: None,
             }
         });

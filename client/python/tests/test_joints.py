@@ -201,8 +201,9 @@ def test_properties_change_and_the_rest_stays(sim: Simulation, arm: Robot) -> No
     assert (info.damping, info.friction) == (0.75, friction)
     assert info.limits == JointLimits(-1.0, 1.0, 5.0, 2.0) and info.default_gains == Gains(30.0, 3.0)
     assert arm.set_positions([0, 3.0]).clamped[0].applied == 1.0
-    arm.joints["elbow joint"].set_properties(limits=JointLimits())
-    assert arm.joints["elbow joint"].limits == JointLimits()
+    arm.joints["elbow joint"].set_properties(limits=JointLimits(), profile=False)
+    assert arm.joints["elbow joint"].limits == JointLimits() and info.profile
+    assert not arm.joints["elbow joint"].info.profile
 
 
 def test_flags_say_where_a_joint_is_at_its_limit(sim: Simulation, arm: Robot) -> None:

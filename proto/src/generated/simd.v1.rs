@@ -3273,7 +3273,8 @@ pub mod entity_service_server {
 pub struct Sensor {
     #[prost(string, tag = "1")]
     pub robot: ::prost::alloc::string::String,
-    /// Unique within the robot: letters, digits, `_` and `-`, at most 128.
+    /// Unique within the robot: letters and digits of any script, `_` and `-`, at most
+    /// 128 bytes.
     #[prost(string, tag = "2")]
     pub name: ::prost::alloc::string::String,
     /// Link of the sensor. Empty: the root link; also empty for sensors of a joint.
@@ -6137,7 +6138,8 @@ pub struct ConstraintEnd {
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct CreateConstraintRequest {
-    /// Unique in the world: letters, digits, `_` and `-`, at most 256. Empty: `constraint_1` or the
+    /// Unique in the world: letters and digits of any script, `_` and `-`, at most
+    /// 256 bytes. Empty: `constraint_1` or the
     /// next free number.
     #[prost(string, tag = "1")]
     pub name: ::prost::alloc::string::String,
@@ -9063,7 +9065,8 @@ pub struct JointLimits {
     #[prost(double, optional, tag = "4")]
     pub velocity: ::core::option::Option<f64>,
 }
-/// Gains of position mode, SI units, independent of the time step.
+/// Gains of position mode, SI units, independent of the time step. The damping of a description, or of
+/// default gains that replace it, holds for velocity targets too.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct JointGains {
     /// N m/rad or N/m.
@@ -9155,6 +9158,11 @@ pub struct JointInfo {
     /// Link that keeps the joint from its target now. Absent: none.
     #[prost(message, optional, tag = "24")]
     pub obstruction: ::core::option::Option<JointObstruction>,
+    /// The setpoint of position targets accelerates and brakes with half of the effort limit. Otherwise
+    /// targets act at once: a spring and a damper, whose effort is clamped. Both keep the velocity limit.
+    /// By default joints with gains in their description have no profile.
+    #[prost(bool, tag = "25")]
+    pub profile: bool,
 }
 /// A spring beside the actuator of a joint of one axis: effort = stiffness (rest - position). On a
 /// spherical joint it pulls about the child's axes to the orientation 0 0 0 1, the short way round.
@@ -9283,7 +9291,8 @@ pub struct VelocityTarget {
     /// rad/s or m/s.
     #[prost(double, tag = "1")]
     pub velocity: f64,
-    /// N m s/rad or N s/m; absent is stiff enough for 0.1 % under gravity.
+    /// N m s/rad or N s/m; absent is the damping of the description, else stiff enough for 0.1 % under
+    /// gravity.
     #[prost(double, optional, tag = "2")]
     pub damping: ::core::option::Option<f64>,
     /// Added to the actuator's effort, N m or N.
@@ -9693,6 +9702,10 @@ pub struct JointProperties {
     /// For a joint of one axis or a spherical joint.
     #[prost(message, optional, tag = "8")]
     pub spring: ::core::option::Option<JointSpring>,
+    /// Whether the setpoint follows a velocity profile on its way to a position target: see
+    /// `JointInfo.profile`.
+    #[prost(bool, optional, tag = "9")]
+    pub profile: ::core::option::Option<bool>,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SetJointPropertiesRequest {

@@ -8,6 +8,7 @@ mod network;
 use std::sync::LazyLock;
 
 use glamx::DVec3;
+use simd_core::simulation::SetpointProfiles;
 use simd_core::simulation::command::PhysicsChange;
 use simd_core::{Integrator, SurfaceCombination};
 
@@ -249,6 +250,27 @@ fn physics() -> Vec<Key> {
             Access::Switch(
                 |draft| draft.config.physics.sleeping,
                 |draft, sleeping| draft.config.physics.sleeping = sleeping,
+            ),
+        ),
+        Key::new(
+            "physics.setpoint_profiles",
+            "joints of new robots whose setpoints follow a velocity profile: those without gains in their \
+             description, all, or none; see physics.md",
+            Access::Word(
+                &["undescribed", "all", "none"],
+                |draft| match draft.config.physics.setpoint_profiles {
+                    SetpointProfiles::Undescribed => "undescribed",
+                    SetpointProfiles::All => "all",
+                    SetpointProfiles::None => "none",
+                },
+                |draft, name| {
+                    draft.config.physics.setpoint_profiles = match name.as_str() {
+                        "all" => SetpointProfiles::All,
+                        "none" => SetpointProfiles::None,
+                        _ => SetpointProfiles::Undescribed,
+                    };
+                    Ok(())
+                },
             ),
         ),
         Key::new(

@@ -4,6 +4,7 @@ mod parts;
 
 use std::fs;
 
+use simd_core::simulation::SetpointProfiles;
 use simd_core::{Integrator, SurfaceCombination};
 
 use super::*;
@@ -102,6 +103,7 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
         integrator: Integrator::Euler,
         surface_combination: SurfaceCombination::Multiply,
         sleeping: true,
+        setpoint_profiles: SetpointProfiles::Undescribed,
     };
     assert_eq!(config.physics, expected);
     let paths: Vec<_> = config.robots.iter().map(|robot| robot.path.to_str().unwrap()).collect();

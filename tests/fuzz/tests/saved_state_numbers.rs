@@ -53,6 +53,8 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
         limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
+        velocity_damping,
+        is_direct: _,
         gravity_compensation: _,
         composite_inertia,
     } = &mut axis.settings;
@@ -73,7 +75,17 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
         vec![damping, friction, armature, spring_stiffness, spring_rest, default_stiffness, default_damping];
     numbers.push(composite_inertia);
     numbers.extend([target, target_velocity, feed_forward, setpoint, setpoint_velocity]);
-    let optional = [lower, upper, effort, velocity, stiffness, target_damping, max_effort, max_velocity];
+    let optional = [
+        lower,
+        upper,
+        effort,
+        velocity,
+        velocity_damping,
+        stiffness,
+        target_damping,
+        max_effort,
+        max_velocity,
+    ];
     numbers.extend(optional.into_iter().flatten());
     numbers.extend(servo.iter_mut().flat_map(|servo| [&mut servo.gain, &mut servo.slip]));
     numbers

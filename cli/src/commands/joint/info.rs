@@ -32,6 +32,8 @@ pub(super) struct InfoView {
     spring: Option<SpringView>,
     /// Its actuator compensates the weight of what hangs on it.
     gravity_compensation: bool,
+    /// Its setpoint follows a velocity profile on its way to a position target.
+    profile: bool,
     mimic: Option<MimicView>,
     /// `passive`, `position`, `velocity`, `effort`, `hold` or `none`.
     mode: String,
@@ -107,6 +109,7 @@ impl From<&JointInfo> for InfoView {
             armature: joint.armature,
             spring: joint.spring.map(|JointSpring { stiffness, rest }| SpringView { stiffness, rest }),
             gravity_compensation: joint.gravity_compensation,
+            profile: joint.profile,
             mimic,
             mode: json::name("JOINT_MODE_", joint.mode().as_str_name()),
             gains: joint.gains.as_ref().map(GainsView::from),

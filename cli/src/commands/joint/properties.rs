@@ -40,6 +40,9 @@ pub(crate) struct Properties {
     /// Whether the actuator compensates the weight of what hangs on the joint
     #[arg(long, value_name = "on|off", value_parser = on_or_off)]
     gravity_compensation: Option<bool>,
+    /// Whether the setpoint follows a velocity profile on its way to a position target
+    #[arg(long, value_name = "on|off", value_parser = on_or_off)]
+    profile: Option<bool>,
 }
 
 fn on_or_off(text: &str) -> Result<bool, &'static str> {
@@ -60,6 +63,7 @@ pub(super) async fn set(arguments: Properties, client: &Client, output: Output) 
         spring,
         default_gains,
         gravity_compensation,
+        profile,
     } = arguments;
     let default_gains = match default_gains.as_deref() {
         Some(&[stiffness, damping]) => Some(JointGains { stiffness, damping }),
@@ -76,6 +80,7 @@ pub(super) async fn set(arguments: Properties, client: &Client, output: Output) 
         spring,
         default_gains,
         gravity_compensation,
+        profile,
         ..JointProperties::default()
     };
     if changes == JointProperties::default() {

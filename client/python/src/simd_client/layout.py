@@ -164,6 +164,8 @@ class JointInfo:
     """Holder of a claim on it; empty for none."""
     gravity_compensation: bool
     """Whether its actuator holds the weight of the links below it."""
+    profile: bool
+    """Whether its setpoint follows a velocity profile on its way to a position target."""
     positions: slice
     """Indices of its values in `position`; a spherical joint has a quaternion x y z w, the child's in the
     joint's frame."""
@@ -255,6 +257,7 @@ def _joint(message: proto.JointInfo) -> JointInfo:
         default_gains=Gains(message.default_gains.stiffness, message.default_gains.damping),
         claimed_by=message.claimed_by,
         gravity_compensation=message.gravity_compensation,
+        profile=message.profile,
         positions=slice(message.position_index, message.position_index + message.position_count),
         velocities=slice(message.velocity_index, message.velocity_index + message.velocity_count),
     )
@@ -269,6 +272,7 @@ def joint_properties(
     limits: JointLimits | None,
     gains: Gains | None,
     gravity_compensation: bool | None = None,
+    profile: bool | None = None,
 ) -> proto.JointProperties:
     """Builds a message with only the given changes of a joint."""
     properties = proto.JointProperties(
@@ -282,4 +286,6 @@ def joint_properties(
     )
     if gravity_compensation is not None:
         properties.gravity_compensation = gravity_compensation
+    if profile is not None:
+        properties.profile = profile
     return properties

@@ -81,6 +81,10 @@ pub struct AxisSettings {
     pub default_stiffness: f64,
     /// Damping of position targets that give none.
     pub default_damping: f64,
+    /// Damping of velocity targets that give none. Without it, it is that for the time step.
+    pub velocity_damping: Option<f64>,
+    /// Whether position targets act at once, within the limit of velocity. Otherwise the setpoint follows a profile.
+    pub is_direct: bool,
     /// Whether position, velocity and hold targets get the effort that holds the links behind the joint against gravity.
     pub gravity_compensation: bool,
     /// M_ii at the spawn pose, with armature. It sets the default gains.
@@ -98,8 +102,8 @@ pub struct Actuator {
     pub velocity: f64,
     /// In position mode; `None` is the joint's default.
     pub stiffness: Option<f64>,
-    /// In position and velocity mode; `None` is the joint's default, in velocity
-    /// mode that for the time step.
+    /// In position and velocity mode; `None` is the joint's default. In velocity mode this may be that for the time
+    /// step.
     pub damping: Option<f64>,
     /// Added to the effort.
     pub feed_forward: f64,
@@ -213,8 +217,11 @@ impl Axis {
         let (settings, actuator) = (&self.settings, &self.actuator);
         let limit = self.most_effort();
         let still = Drive { limit, ..Drive::default() };
+        // A servo is a stiff loop, whatever the gains of the joint are.
+        let own = settings.velocity_damping.filter(|_| actuator.servo.is_none());
+        let stiff = DEFAULT_VELOCITY_GAIN * settings.composite_inertia / h;
         let keep_velocity = |velocity: f64| Drive {
-            damping: actuator.damping.unwrap_or(DEFAULT_VELOCITY_GAIN * settings.composite_inertia / h),
+            damping: actuator.damping.or(own).unwrap_or(stiff),
             velocity,
             feed_forward: actuator.feed_forward,
             ..still
@@ -248,9 +255,15 @@ impl Axis {
         Some((steady + slip * free).max(-most).min(most))
     }
 
+    /// Returns the maximum acceleration of the setpoint, for a limit of effort.
+    pub(super) fn hardest(&self, limit: f64) -> f64 {
+        let settings = &self.settings;
+        if settings.is_direct { f64::INFINITY } else { PROFILE_EFFORT * limit / settings.composite_inertia }
+    }
+
     /// Moves the setpoint by one step of `h` towards the target, along a trapezoidal velocity profile.
     ///
-    /// The profile keeps the joint's velocity limit. It accelerates and brakes with [`PROFILE_EFFORT`] of the effort limit over
+    /// The profile keeps the joint's velocity limit. Unless targets act at once, it accelerates and brakes with [`PROFILE_EFFORT`] of the effort limit over
     /// the composite inertia. Without those limits the setpoint is at the target at once.
     ///
     /// A stiff spring whose effort saturates all the way is a relay: it would swing around the target for seconds. The damper
@@ -265,7 +278,7 @@ impl Axis {
             (*setpoint, *setpoint_velocity) = (*target, 0.0);
             return;
         }
-        let hardest = PROFILE_EFFORT * self.most_effort() / self.settings.composite_inertia;
+        let hardest = self.hardest(self.most_effort());
         let Actuator { target, setpoint, setpoint_velocity, max_velocity, .. } = &mut self.actuator;
         let fastest = least(self.settings.limits.velocity, *max_velocity);
         (*setpoint, *setpoint_velocity) =

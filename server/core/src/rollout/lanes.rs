@@ -143,8 +143,7 @@ impl<'a, S: Simd> Group<'a, S> {
         }
         let world = &workers.get(..copies.len())?.first()?.world;
         let robot = rollout.lane_robot;
-        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination: _, sleeping: _ } =
-            *world.settings();
+        let PhysicsSettings { gravity, time_step, substeps, integrator, .. } = *world.settings();
         let parts = (time_step / f64::from(substeps), substeps);
         let mut lanes = LaneRobot::new(simd, world.body(robot).tree(), gravity, parts, integrator);
         let feet = world.lane_feet(robot);

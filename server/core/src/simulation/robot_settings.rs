@@ -48,6 +48,8 @@ pub struct JointSettings {
     pub default_gains: (f64, f64),
     /// Whether its actuator holds the weight of its load.
     pub gravity_compensation: bool,
+    /// Whether its setpoint follows a velocity profile on its way to a position target.
+    pub profile: bool,
     /// Holder of a claim on it.
     pub claimed_by: Option<Arc<str>>,
 }
@@ -79,6 +81,7 @@ impl Entity {
             armature: settings.armature,
             spring: (settings.spring_stiffness, settings.spring_rest),
             default_gains: (settings.default_stiffness, settings.default_damping),
+            profile: !settings.is_direct,
             gravity_compensation: settings.gravity_compensation,
             claimed_by: self.claims.of_joint(joint).map(|claim| Arc::clone(&claim.holder)),
         }

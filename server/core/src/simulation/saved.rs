@@ -184,8 +184,7 @@ impl Saved {
 
 fn check_world(state: &WorldState) -> Result<(), String> {
     let WorldState { step, sim_time, time_base, settings, .. } = *state;
-    let PhysicsSettings { gravity, time_step, substeps, integrator: _, surface_combination: _, sleeping: _ } =
-        settings;
+    let PhysicsSettings { gravity, time_step, substeps, .. } = settings;
     if step > MOST_STEPS || time_base.0 > step {
         return Err(format!("it is at step {step}, with time counted from step {}", time_base.0));
     }

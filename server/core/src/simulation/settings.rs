@@ -1,4 +1,4 @@
-//! Gravity, time step, substeps, integrator, combination of surfaces, and sleep.
+//! Gravity, time step, substeps, integrator, combination of surfaces, sleep, and profiles of setpoints.
 
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
@@ -29,6 +29,21 @@ pub struct PhysicsSettings {
     pub surface_combination: SurfaceCombination,
     /// Whether free bodies at rest sleep: steps skip them until something acts on them.
     pub sleeping: bool,
+    /// Joints of new robots whose setpoints follow a profile.
+    pub setpoint_profiles: SetpointProfiles,
+}
+
+/// Joints of new robots whose setpoints follow a velocity profile on their way to a position target.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SetpointProfiles {
+    /// Those without gains in their description. Others act as its format defines: a spring and a damper, whose
+    /// effort is clamped.
+    #[default]
+    Undescribed,
+    /// All of them.
+    All,
+    /// None of them.
+    None,
 }
 
 impl Default for PhysicsSettings {
@@ -41,6 +56,7 @@ impl Default for PhysicsSettings {
             integrator: Integrator::Leapfrog,
             surface_combination: SurfaceCombination::Min,
             sleeping: true,
+            setpoint_profiles: SetpointProfiles::Undescribed,
         }
     }
 }

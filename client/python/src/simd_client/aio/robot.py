@@ -16,7 +16,7 @@ from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.robot_pose import RobotPose
 from simd_client.aio.sensors import Sensors
 from simd_client.aio.trajectory import Trajectory
-from simd_client.aio.upload import upload
+from simd_client.aio.upload import READING_SECONDS, upload
 from simd_client.aio.watch import EventWatch, Watch, next_events
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
@@ -274,11 +274,14 @@ class Robot(RobotPose):
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
+        profile: bool | None = None,
     ) -> Stamp:
         """Changes the given properties of these joints, or of all that take targets: see
         `Joint.set_properties`. All or none change."""
         joints = [
-            joint_properties(name, damping, friction, armature, spring, limits, default_gains, gravity_compensation)
+            joint_properties(
+                name, damping, friction, armature, spring, limits, default_gains, gravity_compensation, profile
+            )
             for name in names or tuple(each.name for each in self.layout.joints if each.is_actuated)
         ]
         request = proto.SetJointPropertiesRequest(robot=self.name, joints=joints)
@@ -371,7 +374,7 @@ class Robot(RobotPose):
 
     async def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
         request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)
-        answer = await self._connection.call(methods.ReloadEntity, request)
+        answer = await self._connection.call(methods.ReloadEntity, request, wait=READING_SECONDS)
         await self.refresh()
         await self.info()
         self._report = report_from_proto(answer.report)

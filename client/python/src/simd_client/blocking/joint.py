@@ -176,13 +176,15 @@ class Joint(FixedAttributes):
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
+        profile: bool | None = None,
     ) -> Stamp:
         """Changes only the given properties; `limits` replaces all four limits.
 
         With `gravity_compensation` the actuator adds the effort that holds the weight of the links below the
         joint to position, velocity and hold targets. It counts the robot's masses, not its payload. A
         `spring` acts beside the actuator, also without a target and beyond the effort limit; only a joint of
-        one axis can have one.
+        one axis can have one. With `profile` the setpoint of position targets accelerates and brakes with half
+        of the effort limit; without it a target acts at once.
         """
         return self._robot.set_joint_properties(
             self.name,
@@ -193,6 +195,7 @@ class Joint(FixedAttributes):
             limits=limits,
             default_gains=default_gains,
             gravity_compensation=gravity_compensation,
+            profile=profile,
         )
 
     def __repr__(self) -> str:

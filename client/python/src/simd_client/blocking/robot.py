@@ -17,7 +17,7 @@ from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.robot_pose import RobotPose
 from simd_client.blocking.sensors import Sensors
 from simd_client.blocking.trajectory import Trajectory
-from simd_client.blocking.upload import upload
+from simd_client.blocking.upload import READING_SECONDS, upload
 from simd_client.blocking.watch import EventWatch, Watch, next_events
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
@@ -269,11 +269,14 @@ class Robot(RobotPose):
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
+        profile: bool | None = None,
     ) -> Stamp:
         """Changes the given properties of these joints, or of all that take targets: see
         `Joint.set_properties`. All or none change."""
         joints = [
-            joint_properties(name, damping, friction, armature, spring, limits, default_gains, gravity_compensation)
+            joint_properties(
+                name, damping, friction, armature, spring, limits, default_gains, gravity_compensation, profile
+            )
             for name in names or tuple(each.name for each in self.layout.joints if each.is_actuated)
         ]
         request = proto.SetJointPropertiesRequest(robot=self.name, joints=joints)
@@ -366,7 +369,7 @@ class Robot(RobotPose):
 
     def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
         request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)
-        answer = self._connection.call(methods.ReloadEntity, request)
+        answer = self._connection.call(methods.ReloadEntity, request, wait=READING_SECONDS)
         self.refresh()
         self.info()
         self._report = report_from_proto(answer.report)

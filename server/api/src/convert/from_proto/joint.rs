@@ -283,6 +283,7 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
         default_gains,
         gravity_compensation,
         spring,
+        profile,
     } = given;
     Ok(JointProperties {
         joint: at.field("joint").name(joint)?,
@@ -298,6 +299,7 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
         }),
         default_gains: default_gains.map(|v1::JointGains { stiffness, damping }| (stiffness, damping)),
         gravity_compensation,
+        profile,
     })
 }
 

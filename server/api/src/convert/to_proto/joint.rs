@@ -78,6 +78,7 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         claimed_by: status.settings.claimed_by.as_deref().unwrap_or_default().to_owned(),
         gravity_compensation: status.settings.gravity_compensation,
         obstruction: None,
+        profile: status.settings.profile,
     }
 }
 

@@ -243,6 +243,8 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
         limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
+        velocity_damping,
+        is_direct: _,
         gravity_compensation: _,
         composite_inertia,
     } = axis.settings;
@@ -262,7 +264,8 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
     let sizes_of_axis = [damping, friction, armature, spring_stiffness, default_stiffness, default_damping];
     sizes("settings of axes", sizes_of_axis)?;
     let gain = servo.map(|servo| servo.gain);
-    let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity, gain];
+    let given =
+        [effort, velocity, velocity_damping, stiffness, target_damping, max_effort, max_velocity, gain];
     sizes("limits and gains of axes", given.into_iter().flatten())?;
     finite("limits of axes", [lower, upper].into_iter().flatten())?;
     if lower > upper && upper.is_some() {

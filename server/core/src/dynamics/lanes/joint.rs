@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use crate::dynamics::actuator::{self, Axis, Mode, OwnForces, PROFILE_EFFORT};
+use crate::dynamics::actuator::{self, Axis, Mode, OwnForces};
 use crate::dynamics::inertia;
 use crate::dynamics::integrator::Implicitness;
 use crate::dynamics::lane::number::Lanes;
@@ -142,7 +142,7 @@ impl<S: Simd> Law<S> {
             (&mut self.feed_forward, drive.feed_forward),
             (&mut self.limit, drive.limit),
             (&mut self.target, actuator.target),
-            (&mut self.hardest, PROFILE_EFFORT * drive.limit / settings.composite_inertia),
+            (&mut self.hardest, axis.hardest(drive.limit)),
             (&mut self.fastest, given(settings.limits.velocity).min(given(actuator.max_velocity))),
         ] {
             slot.set(lane, value);

@@ -78,6 +78,8 @@ pub struct JointProperties {
     /// Whether an effort that holds the joint's load against gravity is added to position, velocity and hold
     /// targets.
     pub gravity_compensation: Option<bool>,
+    /// Whether the setpoint follows a velocity profile on its way to a position target.
+    pub profile: Option<bool>,
 }
 
 /// Trajectory for joints of one robot.

@@ -8,6 +8,7 @@ use super::joints::is_actuated;
 use crate::collision::Groups;
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Actuator, Axis, Mode, Tree};
+use crate::simulation::settings::SetpointProfiles;
 
 /// Returns the bodies of joints with a setup: of joints of one axis, and the three of ball joints.
 fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> Vec<(&'m JointSetup, usize)> {
@@ -27,13 +28,14 @@ fn is_ball(tree: &Tree, body: usize) -> bool {
     matches!(tree.bodies[body].joint_type, JointType::Spherical { .. })
 }
 
-/// Copies rotor inertias and springs to the settings of axes.
+/// Copies rotor inertias, springs and compensations of gravity to the settings of axes.
 pub(super) fn set_axes(model: &RobotModel, tree: &Tree, axes: &mut [Axis]) {
     for (setup, body) in bodies(model, tree) {
         let settings = &mut axes[tree.bodies[body].velocity].settings;
         let Spring { stiffness, rest } = setup.spring.unwrap_or_default();
         (settings.armature, settings.spring_stiffness, settings.spring_rest) =
             (setup.armature, stiffness, rest);
+        settings.gravity_compensation = setup.gravity_compensation;
     }
 }
 
@@ -64,24 +66,48 @@ impl Entity {
             *actuator = match setup.mode.filter(|_| !passive) {
                 None => continue,
                 Some(DriveMode::Passive) => Actuator { mode: Mode::Passive, ..Actuator::default() },
-                Some(DriveMode::Velocity) => {
-                    Actuator { mode: Mode::Velocity, damping: setup.damping, ..Actuator::default() }
-                }
+                Some(DriveMode::Velocity) => Actuator { mode: Mode::Velocity, ..Actuator::default() },
                 Some(DriveMode::Effort) => Actuator { mode: Mode::Effort, ..Actuator::default() },
             };
         }
         self.use_described_gains();
     }
 
-    /// Replaces the gains derived from inertia by the description's.
+    /// Replaces the gains derived from inertia by the description's, which hold for all modes.
     pub(in crate::simulation) fn use_described_gains(&mut self) {
         let model = std::sync::Arc::clone(&self.model);
         let tree = std::sync::Arc::clone(self.body.tree());
         for (setup, body) in bodies(&model, &tree) {
             let settings = &mut self.body.axes_mut()[tree.bodies[body].velocity].settings;
-            let Some(stiffness) = setup.stiffness else { continue };
-            settings.default_stiffness = stiffness;
-            settings.default_damping = setup.damping.unwrap_or(0.0);
+            let damping = setup.damping.filter(|damping| *damping > 0.0);
+            settings.velocity_damping = damping;
+            match (setup.stiffness, damping) {
+                (Some(stiffness), _) => {
+                    settings.default_stiffness = stiffness;
+                    settings.default_damping = damping.unwrap_or(0.0);
+                }
+                // The damping is critical for this stiffness.
+                (None, Some(damping)) => {
+                    settings.default_stiffness = damping * damping / (4.0 * settings.composite_inertia);
+                    settings.default_damping = damping;
+                }
+                (None, None) => {}
+            }
+        }
+    }
+
+    /// Chooses the joints whose position targets act at once.
+    pub(in crate::simulation) fn choose_profiles(&mut self, profiles: SetpointProfiles) {
+        let model = std::sync::Arc::clone(&self.model);
+        let tree = std::sync::Arc::clone(self.body.tree());
+        let is_direct = profiles == SetpointProfiles::None;
+        self.body.axes_mut().iter_mut().for_each(|axis| axis.settings.is_direct = is_direct);
+        if profiles != SetpointProfiles::Undescribed {
+            return;
+        }
+        for (setup, body) in bodies(&model, &tree) {
+            let is_described = setup.stiffness.is_some() || setup.damping.is_some();
+            self.body.axes_mut()[tree.bodies[body].velocity].settings.is_direct = is_described;
         }
     }
 }

@@ -196,6 +196,7 @@ fn check_properties(properties: &JointProperties) -> Result<(), Error> {
         limits,
         default_gains,
         gravity_compensation: _,
+        profile: _,
     } = properties;
     check::optional_at_least_zero("damping", *damping)?;
     check::optional_at_least_zero("friction", *friction)?;
@@ -221,6 +222,7 @@ fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &J
         limits,
         default_gains,
         gravity_compensation,
+        profile,
     } = properties;
     if let Some(damping) = damping {
         settings.damping = *damping;
@@ -240,8 +242,13 @@ fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &J
     }
     if let Some((stiffness, damping)) = default_gains {
         (settings.default_stiffness, settings.default_damping) = (*stiffness, *damping);
+        // Gains of a description hold for all modes, until there are others.
+        settings.velocity_damping = settings.velocity_damping.and(Some(*damping).filter(|gain| *gain > 0.0));
     }
     if let Some(compensated) = gravity_compensation {
         settings.gravity_compensation = *compensated;
+    }
+    if let Some(profile) = profile {
+        settings.is_direct = !*profile;
     }
 }

@@ -126,6 +126,7 @@ impl Simulation {
         apply_mimics(&tree, entity.body.positions_mut());
         entity.body.set_default_gains();
         entity.use_described_gains();
+        entity.choose_profiles(self.settings.setpoint_profiles);
         entity.state.spawned = std::sync::Arc::new(entity.body.state().clone());
         entity.state.contact_settings = spawn.contact_settings.clone();
         entity.state.contact_settings.self_collision |= spawn.model.setup.self_collision;
@@ -162,6 +163,7 @@ impl Simulation {
         let old = &self.entities[robot_index];
         let pose = old.body.root_pose();
         let mut new = Entity::new(old.state.name.clone(), version, model, tree, pose, false);
+        new.choose_profiles(self.settings.setpoint_profiles);
         new.state.loaded_at_start = old.state.loaded_at_start;
         let (linear, angular) = old.body.root_twist();
         new.body.set_root_twist(linear, angular);

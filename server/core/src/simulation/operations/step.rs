@@ -147,8 +147,9 @@ impl Simulation {
         needs_attention: &AtomicBool,
         interrupt: &Interrupt<'_>,
     ) -> bool {
-        let PhysicsSettings { gravity, time_step, substeps, integrator, surface_combination, sleeping } =
-            self.settings;
+        let PhysicsSettings {
+            gravity, time_step, substeps, integrator, surface_combination, sleeping, ..
+        } = self.settings;
         let h = time_step / f64::from(substeps);
         (0..substeps).all(|part| {
             let part = Part {

@@ -225,3 +225,79 @@ fn a_reload_holds_what_the_new_description_says() {
     reload(&mut world, held_to("a", []));
     assert_eq!(constraint_names(&world), [""; 0]);
 }
+
+/// Gains of a description hold for all modes, until a client gives others.
+#[test]
+fn described_gains_hold_for_targets_of_position_and_velocity() {
+    let gains = |world: &Simulation| axis(world).gains(1e-3);
+    let drive = |world: &mut Simulation, target: Target| {
+        let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target }];
+        let robots = vec![RobotTargets { robot: "arm".into(), joints, ..RobotTargets::default() }];
+        world.apply(&Command::SetTargets(SetTargets { robots, ..SetTargets::default() })).unwrap();
+    };
+    let setup = JointSetup { stiffness: Some(40.0), damping: Some(2.0), ..JointSetup::default() };
+    let mut world = world_with(1e-3, spawn("arm", arm_that(setup)));
+    drive(&mut world, Target::velocity(0.5));
+    assert_eq!(gains(&world), (0.0, 2.0));
+    drive(&mut world, Target::position(0.5));
+    assert_eq!(gains(&world), (40.0, 2.0));
+    let other = Target::Velocity { velocity: 1.0, damping: Some(7.0), feed_forward: 0.0, max_effort: None };
+    drive(&mut world, other);
+    assert_eq!(gains(&world), (0.0, 7.0), "the target's own gains come first");
+    drive(&mut world, Target::Hold);
+    assert_eq!(gains(&world), (40.0, 2.0));
+    let joints = vec![JointProperties {
+        joint: "shoulder".into(),
+        default_gains: Some((10.0, 3.0)),
+        ..JointProperties::default()
+    }];
+    world.apply(&Command::SetJointProperties { robot: "arm".into(), joints }).unwrap();
+    drive(&mut world, Target::velocity(0.5));
+    assert_eq!(gains(&world), (0.0, 3.0), "default gains of a client replace those of the description");
+
+    let setup = JointSetup { mode: Some(DriveMode::Velocity), damping: Some(2.0), ..JointSetup::default() };
+    let mut world = world_with(1e-3, spawn("arm", arm_that(setup)));
+    assert_eq!(gains(&world), (0.0, 2.0));
+    drive(&mut world, Target::velocity(0.5));
+    assert_eq!(gains(&world), (0.0, 2.0), "after the first target too");
+    drive(&mut world, Target::position(0.5));
+    let inertia = axis(&world).settings.composite_inertia;
+    assert_eq!(gains(&world), (4.0 / (4.0 * inertia), 2.0), "its damping is critical");
+}
+
+/// The joint has a limit of effort, which bounds the acceleration of a profile.
+#[test]
+fn position_targets_of_described_servos_act_at_once_and_others_follow_a_profile() {
+    use crate::simulation::SetpointProfiles::{self, All, Undescribed};
+    let described = JointSetup { stiffness: Some(40.0), damping: Some(2.0), ..JointSetup::default() };
+    let plain = JointSetup::default();
+    // Returns where the setpoint is after a step towards 0.5 rad.
+    let setpoint = |profiles: SetpointProfiles, setup: JointSetup, profile: Option<bool>| {
+        let mut model = RobotModel::clone(&arm_that(setup));
+        model.joints[0].limits.effort = Some(5.0);
+        let settings = PhysicsSettings { setpoint_profiles: profiles, ..PhysicsSettings::default() };
+        let mut world = Simulation::new(settings, WorldLimits::default());
+        world.apply(&Command::Spawn(Box::new(spawn("arm", Arc::new(model))))).unwrap();
+        let joints =
+            vec![JointProperties { joint: "shoulder".into(), profile, ..JointProperties::default() }];
+        world.apply(&Command::SetJointProperties { robot: "arm".into(), joints }).unwrap();
+        let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target: Target::position(0.5) }];
+        let robots = vec![RobotTargets { robot: "arm".into(), joints, ..RobotTargets::default() }];
+        world.apply(&Command::SetTargets(SetTargets { robots, ..SetTargets::default() })).unwrap();
+        let mut axis = axis(&world).clone();
+        axis.advance_setpoint(1e-3);
+        axis.actuator.setpoint
+    };
+    for (profiles, setup, profile, at_once) in [
+        (Undescribed, described, None, true),
+        (Undescribed, plain, None, false),
+        (All, described, None, false),
+        (SetpointProfiles::None, plain, None, true),
+        (Undescribed, described, Some(true), false),
+        (Undescribed, plain, Some(false), true),
+    ] {
+        let seen = setpoint(profiles, setup, profile);
+        assert_eq!(seen == 0.5, at_once, "{profiles:?}, {profile:?}: {seen}");
+        assert!(seen > 0.0);
+    }
+}

@@ -25,8 +25,8 @@ struct JointChange {
 }
 
 /// Properties of a joint that can be changed.
-const PROPERTIES: [&str; 6] =
-    ["stiffness", "gain_damping", "damping", "friction", "armature", "gravity_compensation"];
+const PROPERTIES: [&str; 7] =
+    ["stiffness", "gain_damping", "damping", "friction", "armature", "gravity_compensation", "profile"];
 
 impl Changes {
     /// Adds a change, as `KEY=VALUE`.
@@ -100,6 +100,11 @@ impl Changes {
             });
             self.joints.len() - 1
         });
+        let switch = || match value {
+            "on" => Ok(true),
+            "off" => Ok(false),
+            _ => Err(format!("{key} is {value:?}; it must be on or off")),
+        };
         let JointChange { stiffness, gain_damping, properties, .. } = &mut self.joints[index];
         match property {
             "stiffness" => *stiffness = Some(number()?),
@@ -107,13 +112,8 @@ impl Changes {
             "damping" => properties.damping = Some(number()?),
             "friction" => properties.friction = Some(number()?),
             "armature" => properties.armature = Some(number()?),
-            "gravity_compensation" => {
-                properties.gravity_compensation = Some(match value {
-                    "on" => true,
-                    "off" => false,
-                    _ => return Err(format!("{key} is {value:?}; it must be on or off")),
-                });
-            }
+            "gravity_compensation" => properties.gravity_compensation = Some(switch()?),
+            "profile" => properties.profile = Some(switch()?),
             _ => return Err(unknown()),
         }
         Ok(())
@@ -149,7 +149,7 @@ impl Changes {
             let other = |given: Option<f64>, present: f64| given.filter(|given| *given != present);
             let (stiffness, damping) = settings.default_gains;
             let gains = (change.stiffness.unwrap_or(stiffness), change.gain_damping.unwrap_or(damping));
-            let compensated = given.gravity_compensation;
+            let (compensated, profile) = (given.gravity_compensation, given.profile);
             let same = JointProperties { joint: given.joint.clone(), ..JointProperties::default() };
             let properties = JointProperties {
                 damping: other(given.damping, settings.damping),
@@ -157,6 +157,7 @@ impl Changes {
                 armature: other(given.armature, settings.armature),
                 default_gains: Some(gains).filter(|gains| *gains != settings.default_gains),
                 gravity_compensation: compensated.filter(|given| *given != settings.gravity_compensation),
+                profile: profile.filter(|given| *given != settings.profile),
                 ..same.clone()
             };
             if properties == same {
