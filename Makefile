@@ -66,8 +66,9 @@ test:
 # Exits with 0 if this machine can run the tests that need something, 1 if they are left out, 2 if that is an error.
 CAN = tests/stages/can.sh
 
-# Everything that the suites run, built once: packages chosen by name have other features of their dependencies.
-test-build: viewer
+# Everything that the suites run, built once: packages chosen by name have other features of their dependencies. It
+# includes what two suites need, since they may run at the same time.
+test-build: viewer target/python-venv/installed
 	$(CARGO) build --locked --workspace --all-targets
 
 test-rust: nextest test-data
