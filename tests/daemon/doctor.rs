@@ -40,7 +40,7 @@ async fn the_doctor_finds_a_healthy_daemon_an_empty_port_and_tokens_that_are_wro
     let has =
         |check: &str, text: &str| found.iter().any(|(of, _, found)| of == check && found.contains(text));
     assert!(
-        has("daemon", "called guarded") && has("token", "that of admin, from SIMD_TOKEN: admin"),
+        has("daemon", "called guarded") && has("token", "the token of admin, from SIMD_TOKEN: admin"),
         "{found:?}"
     );
     assert!(

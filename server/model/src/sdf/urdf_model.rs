@@ -10,6 +10,7 @@ use super::Reader;
 use super::files::joined;
 use super::joint::{Axis, Joint};
 use super::model::{Model, Placement};
+use crate::assets::{Asset, Assets};
 use crate::report::Disposition::Ignored;
 use crate::report::{Disposition, LoadReport};
 use crate::robot::{Collision, Geometry, JointKind, Link, RobotModel, Visual};
@@ -18,7 +19,7 @@ use crate::translation::draft::{At, DraftDrive, DraftGeometry, DraftLink, DraftS
 use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 use crate::urdf::findings::quoted;
-use crate::urdf::{self, Asset, Assets, ReadOptions};
+use crate::urdf::{self, ReadOptions};
 
 /// Files whose names are relative to a folder.
 struct Within<'a> {
