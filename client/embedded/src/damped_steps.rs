@@ -43,7 +43,7 @@ pub(crate) struct Chain {
     end: DPose3,
 }
 
-/// Where a search ends: the place, and the orientation if that counts.
+/// Goal of a search: the place, and the orientation if it counts.
 type Goal = ([f64; 3], Option<[f64; 4]>);
 /// Lower and upper limits, ranges and rest poses of the null space, and the bounds of each step.
 type Wishes = (Option<[Vec<f64>; 4]>, Option<[Vec<f64>; 2]>);

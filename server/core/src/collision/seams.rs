@@ -35,7 +35,7 @@ pub(super) fn seam_height(radii: [f64; 2]) -> f64 {
 
 /// Returns whether a contact is with an edge that stops nothing. It is an edge of either shape, if the other
 /// one lies on a face at that edge. `on` are points on each shape and `normal` is the first one's outward
-/// normal, each in the axes of that point's shape.
+/// normal, each in the axes of that point's shape. A plane has no edge, and lies on no face.
 pub(super) fn is_seam(
     [a, b]: [ConvexShape<'_>; 2],
     a_from_b: &DPose3,
@@ -43,6 +43,9 @@ pub(super) fn is_seam(
     normal: DVec3,
     height: f64,
 ) -> bool {
+    if [a, b].into_iter().any(|(shape, _)| shape.as_halfspace().is_some()) {
+        return false;
+    }
     passes(a, on[0], normal, height, || (b, *a_from_b))
         || passes(b, on[1], a_from_b.rotation.inverse() * -normal, height, || (a, a_from_b.inverse()))
 }

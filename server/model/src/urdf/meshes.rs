@@ -109,7 +109,7 @@ impl<'s> Meshes<'s> {
                     // Colliders have no look.
                     for look in looks.into_iter().filter(|_| is_visual) {
                         let mut message = format!("mesh {}: {look}", quoted(uri));
-                        // Its colour hides that of the materials: one word for all such meshes suffices.
+                        // Its colour replaces the colours of the materials, so one note for all such meshes suffices.
                         if has_color && look.starts_with(beside::MATERIALS) {
                             if self.are_materials_reported {
                                 continue;

@@ -230,7 +230,7 @@ fn what_is_not_read_is_named_by_line() {
         warnings(&report),
         [
             (Some(6), "not read by simd: left out"),
-            (Some(3), "only tendons of joints are read by simd: left robot is without its spring")
+            (Some(3), "only tendons of joints are read by simd: the robot is without its spring")
         ]
     );
 }

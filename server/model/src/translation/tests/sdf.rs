@@ -283,5 +283,5 @@ fn joints_to_an_include_that_is_not_there_are_left_out_with_it() {
     }
     assert!(translation.models.iter().any(|model| model.urdf.contains("name=\"m\"")));
     let wrong = text.replace("iris::base_link", "wing::base");
-    assert!(refusal(&wrong).contains("no link or frame of the model"));
+    assert!(refusal(&wrong).contains("is not a link or frame of the model"));
 }
