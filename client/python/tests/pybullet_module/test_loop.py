@@ -110,6 +110,8 @@ def test_forces_go_to_the_daemon_together_and_before_what_comes_next(
 ) -> None:
     ball = script.createCollisionShape(script.GEOM_SPHERE, radius=0.1)
     balls = [script.createMultiBody(2, ball, -1, [x, 0, 0]) for x in (0, 1, 2)]
+    for each in balls:
+        script.changeDynamics(each, -1, linearDamping=0, angularDamping=0)
     script.getBasePositionAndOrientation(balls[0])
     script.stepSimulation()
     together: list[int] = []

@@ -225,7 +225,7 @@ def test_meshes_that_cannot_be_are_refused(script: ModuleType, tmp_path: Path) -
         with pytest.raises(script.error, match=said):
             script.createCollisionShape(script.GEOM_MESH, **mesh)
     (tmp_path / "mesh.ply").write_text("ply")
-    with pytest.raises(script.error, match="none of .obj, .stl, .dae"):
+    with pytest.raises(script.error, match="is not one of .obj, .stl, .dae"):
         script.createCollisionShape(script.GEOM_MESH, fileName=str(tmp_path / "mesh.ply"))
     size = {"numHeightfieldRows": 3, "numHeightfieldColumns": 2}
     with pytest.raises(script.error, match="has 4 numbers"):
