@@ -80,7 +80,7 @@ test("a zip that is dropped is opened, and its meshes are found", async () => {
 test("files without a description, a zip that is none, and one that would fill the memory, are refused in words", async () => {
   const input = tab.page.getByTestId("file-input").first();
   await input.setInputFiles(await write("readme.txt", "a robot"));
-  expect(await inSight(tab.page, "load-problem")).toContain("There is no .urdf file");
+  expect(await inSight(tab.page, "load-problem")).toContain("The dropped files have no URDF");
   await tab.page.keyboard.press("Escape");
   await tab.page.getByTestId("load-sheet").waitFor({ state: "detached" });
   await input.setInputFiles(await write("arm.zip", "<robot/>"));
