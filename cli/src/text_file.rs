@@ -46,9 +46,9 @@ pub(crate) fn read_whole(file: &Path) -> io::Result<String> {
 
 /// Returns a part of a file for an error: a file of another kind may have one endless line.
 pub(crate) fn shown(part: &str) -> String {
-    const MOST: usize = 40;
+    const MAX: usize = 40;
     let part = part.trim();
-    match part.char_indices().nth(MOST) {
+    match part.char_indices().nth(MAX) {
         Some((end, _)) => format!("{}…", &part[..end]),
         None => part.to_owned(),
     }

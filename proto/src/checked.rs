@@ -18,7 +18,7 @@ const FACTOR: usize = 4;
 /// Bytes of memory that every request may take: targets for some fifty thousand joints in one call.
 const FREE: usize = 32 << 20;
 /// Maximum depth of nested messages. The schema needs less.
-const MOST_DEPTH: usize = 16;
+const MAX_DEPTH: usize = 16;
 /// A list doubles, holds at least four and is copied when it grows. At the worst moment it takes at most four
 /// times the size of its elements.
 const LIST: usize = 4;
@@ -118,7 +118,7 @@ pub fn most(bytes: usize) -> usize {
 pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
     let most = most(bytes.len());
     let mut scales = Scales { left: most };
-    match scales.message(shape, bytes, MOST_DEPTH) {
+    match scales.message(shape, bytes, MAX_DEPTH) {
         Ok(()) => Ok(()),
         Err(Stop::Malformed) => Err(Refused::Malformed),
         Err(Stop::Empty) => Err(Refused::TooMuch { bytes: bytes.len(), most }),

@@ -16,7 +16,7 @@ use time::{Duration, OffsetDateTime};
 use crate::subcommand;
 
 /// Maximum size of a file of an authority, bytes.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 /// Validity of the authority.
 const AUTHORITY: Duration = Duration::days(3_650);
 /// Validity of certificates of the daemon and of clients.
@@ -145,7 +145,7 @@ fn are_free(paths: [&Path; 2]) -> Result<(), String> {
 
 /// Returns the authority in a folder, if any.
 fn known(folder: &Path) -> Result<Option<Issuer<'static, KeyPair>>, String> {
-    let read = |name: &str| match files::read_text(&folder.join(name), MOST_BYTES) {
+    let read = |name: &str| match files::read_text(&folder.join(name), MAX_BYTES) {
         Ok(text) => Ok(Some(text)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(error) => Err(format!("cannot read {}: {error}", folder.join(name).display())),

@@ -63,7 +63,7 @@ const WORKERS: usize = 2;
 /// Maximum number of threads for files and long computations.
 const BLOCKING_THREADS: usize = 16;
 /// Time between two checks whether a waiting call continues.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// Longest time of the last step, and of the end of a recording.
 const LAST_STEP: Duration = Duration::from_millis(2000);
 
@@ -177,7 +177,7 @@ impl Embedded {
         let runtime = self.runtime()?;
         let mut left = time_limit;
         loop {
-            let turn = left.min(LOOK);
+            let turn = left.min(CHECK_INTERVAL);
             // Within the runtime, whose clock it needs.
             let answered = runtime.block_on(async { tokio::time::timeout(turn, answer.as_mut()).await });
             if let Ok(answer) = answered {

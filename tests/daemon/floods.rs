@@ -17,7 +17,7 @@ const CONTINUATION: u8 = 9;
 pub(crate) const END_STREAM: u8 = 1;
 pub(crate) const END_HEADERS: u8 = 4;
 /// Maximum bytes of a flood: nearly a million frames, hundreds of times as many as end a connection.
-const MOST: usize = 8 << 20;
+const MAX: usize = 8 << 20;
 
 pub(crate) fn frame(kind: u8, flags: u8, stream: u32, payload: &[u8]) -> Vec<u8> {
     let length = u32::try_from(payload.len()).unwrap().to_be_bytes();
@@ -54,7 +54,7 @@ async fn flood(daemon: &Process, mut next: impl FnMut(u32) -> Vec<u8>) -> bool {
     };
     let sending = async {
         let (mut sent, mut number) = (0, 0);
-        while sent < MOST {
+        while sent < MAX {
             let mut part = Vec::new();
             while part.len() < 65_536 {
                 part.extend(next(number));

@@ -21,7 +21,7 @@ use crate::floods::{DATA, END_HEADERS, END_STREAM, HEADERS, PREFACE, SETTINGS, f
 /// Most memory, in bytes, that clients who do not read may add to the daemon's. The allocator of the system
 /// keeps some of the freed memory, so this is twice the bound of the packages. Without a budget it was 0.9 to
 /// 1.7 GB.
-const MOST: u64 = 512 << 20;
+const MAX: u64 = 512 << 20;
 /// Calls of each kind: their answers would have a gigabyte.
 const CALLS: u32 = 128;
 /// Bytes of each answer, about.
@@ -65,7 +65,7 @@ impl Attacked {
         Self { daemon, socket, _folder: folder, quiet, asked }
     }
 
-    /// Returns once this many calls have ended; fails if they take more than `MOST`.
+    /// Returns once this many calls have ended; fails if they take more than `MAX`.
     async fn withstands(&mut self, calls: u32) {
         let client = self.daemon.client().await;
         let ended = async {
@@ -75,7 +75,7 @@ impl Attacked {
         };
         soon("the calls of those who do not read", ended).await;
         let grown = resident(&self.daemon).saturating_sub(self.quiet);
-        assert!(grown < MOST, "{} MiB above the quiet daemon", grown >> 20);
+        assert!(grown < MAX, "{} MiB above the quiet daemon", grown >> 20);
         works(&client).await;
         works(&Client::connect(&format!("unix:{}", self.socket.display())).await.unwrap()).await;
     }

@@ -38,7 +38,7 @@ const PHRASES: [(&str, &str); 15] = [
     ("whom", "name the thing"),
 ];
 
-const MOST_WORDS: usize = 25;
+const MAX_WORDS: usize = 25;
 
 #[derive(Debug, PartialEq)]
 struct Sentence {
@@ -160,8 +160,8 @@ fn faults(sentence: &str, is_cell: bool) -> Vec<String> {
         }
     }
     let words = number_of_words(sentence, is_cell);
-    if words > MOST_WORDS {
-        faults.push(format!("has {words} words; the most is {MOST_WORDS}: make two sentences or a list"));
+    if words > MAX_WORDS {
+        faults.push(format!("has {words} words; the most is {MAX_WORDS}: make two sentences or a list"));
     }
     faults
 }
@@ -301,7 +301,7 @@ fn prose_that_has_to_be_translated_is_found() {
 
 #[test]
 fn a_sentence_ends_where_its_block_does() {
-    let word = "word ".repeat(MOST_WORDS);
+    let word = "word ".repeat(MAX_WORDS);
     assert!(wrong("a.md", blocks(&word)).is_empty());
     assert_eq!(
         wrong("a.md", blocks(&format!("one\n{word}"))),
@@ -310,7 +310,7 @@ fn a_sentence_ends_where_its_block_does() {
             format!("one {}", word.trim_end())
         )]
     );
-    let cell = format!("| {word}| one |\n| `{}`word |", "name` and `".repeat(MOST_WORDS - 1));
+    let cell = format!("| {word}| one |\n| `{}`word |", "name` and `".repeat(MAX_WORDS - 1));
     assert!(wrong("a.md", blocks(&cell)).is_empty());
     assert_eq!(wrong("a.md", blocks(&format!("| {word}one |"))).len(), 1);
     for end in [".\n", "\n\n", "\n\n* ", "\n| a | ", "\n```\n"] {

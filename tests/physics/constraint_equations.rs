@@ -33,11 +33,11 @@ const TOLERANCE: f64 = 1e-6;
 
 /// Rows that leave their tangent by less than 1e-10 m or rad in a step are not corrected beforehand. Links
 /// may turn by this much in it.
-const MOST_TURNED: f64 = 5e-6;
+const MAX_TURN: f64 = 5e-6;
 
 /// Largest element of the inverse matrix, with 1 as the mean of its diagonal. Rows that nearly depend on each
 /// other amplify rounding.
-const MOST_INVERSE: f64 = 1e3;
+const MAX_INVERSE: f64 = 1e3;
 
 /// Names of the robots, and whether their roots are free.
 const ROBOTS: [(&str, bool); 3] = [("first", false), ("second", false), ("free", true)];
@@ -195,7 +195,7 @@ impl Dense {
         let unit = |k: usize| (0..count).map(|l| f64::from(u8::from(k == l))).collect::<Vec<f64>>();
         let inverse = solve((0..count).map(row).collect(), (0..count).map(unit).collect());
         let largest = inverse.iter().flatten().fold(0.0f64, |largest, entry| largest.max(entry.abs()));
-        if pull.sqrt() < 0.5 || largest > MOST_INVERSE {
+        if pull.sqrt() < 0.5 || largest > MAX_INVERSE {
             return None;
         }
         let mut forces = solve(effect, free.iter().map(|free| vec![-free]).collect()).into_iter();
@@ -312,7 +312,7 @@ fn each_kind_has_the_forces_of_the_dense_equations_on_free_roots_and_between_rob
         let (parent, child) = ENDS[ends];
         let robots = [parent.unwrap_or(1), child].into_iter();
         let twists = robots.flat_map(|robot| seen.link_twists(robot).unwrap());
-        if twists.map(|(_, angular)| angular.length()).fold(0.0, f64::max) * STEP > MOST_TURNED {
+        if twists.map(|(_, angular)| angular.length()).fold(0.0, f64::max) * STEP > MAX_TURN {
             continue;
         }
         let state = seen.constraint_states[0];

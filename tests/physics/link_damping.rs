@@ -75,7 +75,7 @@ fn a_swinging_rod_loses_what_its_links_lose() {
 
 #[test]
 fn damping_of_any_size_stops_a_body_and_turns_none_around() {
-    let most = LinkDamping { linear: LinkDamping::MOST, angular: LinkDamping::MOST };
+    let most = LinkDamping { linear: LinkDamping::MAX, angular: LinkDamping::MAX };
     // Leapfrog's kick reaches half a step further: there h k (1 + v) is 0.6 and 1.
     let moderate = LinkDamping { linear: 2.0, angular: 2.0 };
     for (mut world, damping) in [(euler(1e-2), most), (leapfrog(1e-2), moderate)] {

@@ -172,7 +172,7 @@ fn heaps_of_random_hulls_gain_no_energy_and_come_to_rest() {
 /// sleeping bodies after six seconds is printed.
 #[test]
 fn heaps_that_bounce_stay_below_the_energy_that_they_began_with() {
-    const MOST: f64 = 1.001;
+    const MAX: f64 = 1.001;
     let count = seeds("BOUNCING_WORLDS", 8);
     let (mut worst, mut highest, mut failed) = (0.0f64, 0.0f64, Vec::new());
     for seed in 0..count {
@@ -193,12 +193,12 @@ fn heaps_that_bounce_stay_below_the_energy_that_they_began_with() {
             "seed {seed}: friction {friction:.2}, restitution {restitution:.2}, gain {:.2e} of the start, at most {most:.4}, {own} of {free} sleep",
             gain / start
         );
-        if most >= MOST {
+        if most >= MAX {
             failed.push(seed);
         }
     }
     println!("{worst:e} of the energy at the start were gained at the most");
-    held("heaps that bounce stay below the energy at their start", count, highest / MOST, &failed);
+    held("heaps that bounce stay below the energy at their start", count, highest / MAX, &failed);
 }
 
 /// Momentum and angular momentum about the origin of the free bodies, world; and the sums of their sizes.
@@ -225,7 +225,7 @@ fn momentum(world: &Simulation) -> ([DVec3; 2], [f64; 2]) {
 /// a thousandth. In 120 worlds the largest change is 2.2e-4.
 #[test]
 fn momentum_is_kept_where_nothing_fixed_is_touched() {
-    const MOST: [f64; 2] = [1e-12, 1e-3];
+    const MAX: [f64; 2] = [1e-12, 1e-3];
     let count = seeds("COLLIDING_WORLDS", 12);
     let (mut worst, mut met, mut failed) = ([0.0f64; 2], 0, Vec::new());
     for seed in 0..count {
@@ -251,7 +251,7 @@ fn momentum_is_kept_where_nothing_fixed_is_touched() {
             for i in 0..2 {
                 let off = (now[i] - start[i]).length() / sizes[i];
                 worst[i] = worst[i].max(off);
-                holds &= off < MOST[i];
+                holds &= off < MAX[i];
             }
         }
         met += u64::from(touched > 0);
@@ -260,7 +260,7 @@ fn momentum_is_kept_where_nothing_fixed_is_touched() {
         }
     }
     println!("off by {worst:?} at the most, linear and angular; in {met} of {count} worlds something met");
-    let largest = (worst[0] / MOST[0]).max(worst[1] / MOST[1]);
+    let largest = (worst[0] / MAX[0]).max(worst[1] / MAX[1]);
     held("momentum is kept where nothing fixed is touched", count, largest, &failed);
     // They are aimed at one place, and may pass it at different times.
     assert!(2 * met > count, "in {met} of {count} worlds something met");

@@ -22,7 +22,7 @@ use crate::constraints::held;
 const G: f64 = 9.81;
 
 /// Tolerance of forces, N. Resting bodies are solved to rounding.
-const NEAR: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-6;
 
 fn ground(time_step: f64) -> Simulation {
     let mut world = world(time_step);
@@ -83,8 +83,8 @@ fn a_kilogram_rests_on_its_corners_alike() {
             assert_eq!(corners.len(), 4);
             for corner in corners {
                 let (normal, friction) = (corner.normal_force, corner.friction_force.length());
-                assert!((normal - G / 4.0).abs() < NEAR, "from {height} m at {time_step} s: {normal} N");
-                assert!(friction < NEAR, "from {height} m at {time_step} s: friction {friction} N");
+                assert!((normal - G / 4.0).abs() < TOLERANCE, "from {height} m at {time_step} s: {normal} N");
+                assert!(friction < TOLERANCE, "from {height} m at {time_step} s: friction {friction} N");
             }
         }
     }
@@ -100,7 +100,7 @@ fn the_feet_of_a_table_share_a_load_as_a_plane() {
     spawn(&mut world, robot("load", &cuboid(DVec3::splat(0.1), 5.0), at(x, y, 0.8), false));
     run(&mut world, 0.5);
     for corner in between(&world, ["table", "load"]) {
-        assert!((corner.normal_force - 5.0 * G / 4.0).abs() < NEAR, "{} N", corner.normal_force);
+        assert!((corner.normal_force - 5.0 * G / 4.0).abs() < TOLERANCE, "{} N", corner.normal_force);
     }
     let feet = between(&world, ["table", "ground"]);
     assert!(feet.len() >= 12, "{} points", feet.len());
@@ -114,8 +114,8 @@ fn the_feet_of_a_table_share_a_load_as_a_plane() {
     for foot in &feet {
         let from = foot.point - middle;
         let expected = 15.0 * G / n + slope.0 * from.x + slope.1 * from.y;
-        assert!((foot.normal_force - expected).abs() < NEAR, "{} N, not {expected}", foot.normal_force);
-        assert!(foot.friction_force.length() < NEAR, "friction {}", foot.friction_force);
+        assert!((foot.normal_force - expected).abs() < TOLERANCE, "{} N, not {expected}", foot.normal_force);
+        assert!(foot.friction_force.length() < TOLERANCE, "friction {}", foot.friction_force);
     }
 }
 
@@ -249,7 +249,10 @@ fn forces_at_rest_do_not_depend_on_the_past() {
         run(&mut world, 0.5);
         for corner in contacts(&world, None) {
             let (normal, friction) = (corner.normal_force, corner.friction_force.length());
-            assert!((normal - G / 4.0).abs() < 1e-4 * G / 4.0 && friction < NEAR, "{normal} N, {friction} N");
+            assert!(
+                (normal - G / 4.0).abs() < 1e-4 * G / 4.0 && friction < TOLERANCE,
+                "{normal} N, {friction} N"
+            );
         }
     }
 }

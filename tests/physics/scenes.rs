@@ -15,7 +15,7 @@ use simd_tests::contact_scene::{Run, Scene, View};
 const SEEN: f64 = 1e-4;
 
 /// Steps from view to view, as MuJoCo's figures were taken.
-const LOOK: f64 = 0.01;
+const VIEW_INTERVAL: f64 = 0.01;
 
 const G: f64 = 9.81;
 
@@ -33,7 +33,7 @@ struct Known {
 
 impl Known {
     fn views(&self) -> Vec<View> {
-        self.scene.run((LOOK / self.scene.time_step).round() as u64, None)
+        self.scene.run((VIEW_INTERVAL / self.scene.time_step).round() as u64, None)
     }
 
     fn stiff(&self) -> &Figures {

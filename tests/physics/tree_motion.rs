@@ -8,7 +8,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{Inertial, JointKind};
 
 /// Velocities that are equal except for rounding, m/s or rad/s.
-const SAME: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-8;
 
 /// A step in which a link turns by more than this takes velocity terms at the mean of the velocities before
 /// and after it, rad.
@@ -252,7 +252,7 @@ impl Followed {
         let model = &seen.world.entities[0].model;
         let (place, reported) = (Place::of(seen), Velocities::reported(seen));
         let moves = if is_corrected { reported.clone() } else { Velocities::between(&self.place, &place, h) };
-        let is_smooth = moves.off(&reported) > SAME;
+        let is_smooth = moves.off(&reported) > TOLERANCE;
         let middle = sums(model, &place.after(&moves, -0.5 * h), &moves, gravity);
         let (mut energy, mut momentum) = (0.0, DVec3::ZERO);
         let is_fast = |at: &Motion| at.angular.length() * h > FAST;

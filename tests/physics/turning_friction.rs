@@ -18,7 +18,7 @@ const G: f64 = 9.81;
 const R: f64 = 0.1;
 
 /// Depth of resting bodies in their support, as a part of R.
-const NEAR: f64 = 1e-3;
+const DEPTH: f64 = 1e-3;
 
 fn turning(rolling: f64, spinning: f64) -> ContactSettings {
     let material = Material {
@@ -67,11 +67,11 @@ fn a_ball_rolls_out_as_its_rolling_friction_says() {
             let root = look(&world).roots[1].clone();
             let expected = 1.0 - 5.0 / 7.0 * r * G / R * 2.0;
             assert!(
-                (root.linear.x / expected - 1.0).abs() < NEAR,
+                (root.linear.x / expected - 1.0).abs() < DEPTH,
                 "{integrator:?}: {} {expected}",
                 root.linear
             );
-            assert!((root.angular.y * R / expected - 1.0).abs() < NEAR, "{integrator:?}: {}", root.angular);
+            assert!((root.angular.y * R / expected - 1.0).abs() < DEPTH, "{integrator:?}: {}", root.angular);
             // It stops when that is used up, and stays.
             run(&mut world, 6.0);
             let stopped = look(&world).roots[1].clone();
@@ -81,7 +81,7 @@ fn a_ball_rolls_out_as_its_rolling_friction_says() {
             assert!(after.pose.translation.distance(stopped.pose.translation) < 1e-6);
             let way = 0.5 / (5.0 / 7.0 * r * G / R);
             assert!(
-                (stopped.pose.translation.x / way - 1.0).abs() < 2.0 * NEAR,
+                (stopped.pose.translation.x / way - 1.0).abs() < 2.0 * DEPTH,
                 "{}",
                 stopped.pose.translation
             );
@@ -102,7 +102,7 @@ fn a_ball_spins_out_as_its_spinning_friction_says() {
         run(&mut world, 2.0);
         let expected = 10.0 - s * G / moment_by_mass * 2.0;
         let velocity = look(&world).roots[1].angular;
-        assert!((velocity.z / expected - 1.0).abs() < NEAR, "{integrator:?}: {velocity} {expected}");
+        assert!((velocity.z / expected - 1.0).abs() < DEPTH, "{integrator:?}: {velocity} {expected}");
         run(&mut world, 3.0);
         assert!(look(&world).roots[1].angular.length() < 1e-6, "{}", look(&world).roots[1].angular);
     }
@@ -128,7 +128,7 @@ fn a_ball_rests_on_a_slope_that_its_rolling_friction_holds() {
             } else {
                 let gained = (after.linear - before.linear).dot(downhill);
                 let expected = 5.0 / 7.0 * G * (angle.sin() - r / R * angle.cos());
-                assert!((gained / expected - 1.0).abs() < NEAR, "{integrator:?}: {gained} {expected}");
+                assert!((gained / expected - 1.0).abs() < DEPTH, "{integrator:?}: {gained} {expected}");
             }
         }
     }
@@ -150,7 +150,7 @@ fn a_box_that_slips_turns_out_by_its_spinning_friction() {
         run(&mut world, 0.5);
         let expected = 8.0 - s * G / (side * side / 6.0) * 0.5;
         let velocity = look(&world).roots[1].angular;
-        assert!((velocity.z / expected - 1.0).abs() < NEAR, "{integrator:?}: {velocity} {expected}");
+        assert!((velocity.z / expected - 1.0).abs() < DEPTH, "{integrator:?}: {velocity} {expected}");
     }
 }
 

@@ -41,7 +41,7 @@ use crate::process::{Process, soon};
 use crate::web;
 
 /// Time between two measurements of the daemon's costs.
-const LOOK: Duration = Duration::from_secs(5);
+const INTERVAL: Duration = Duration::from_secs(5);
 /// Time with twice as much churn.
 const CROWDED: Duration = Duration::from_secs(300);
 
@@ -173,7 +173,7 @@ pub async fn run(options: Options) -> Report {
     while stage.is_on() && tally.failures().is_empty() {
         let line = stage.ends.min(Instant::now() + options.every);
         while Instant::now() < line {
-            tokio::time::sleep_until(line.min(Instant::now() + LOOK).into()).await;
+            tokio::time::sleep_until(line.min(Instant::now() + INTERVAL).into()).await;
             gauge.look(&stage).await;
         }
         gauge.line(&stage).await;

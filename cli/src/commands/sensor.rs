@@ -29,7 +29,7 @@ use crate::{
 };
 
 /// Maximum number of hints about sensors without a reading.
-const MOST_HINTS: usize = 8;
+const MAX_HINTS: usize = 8;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Sensor {
@@ -166,8 +166,8 @@ pub(crate) async fn run(command: Sensor, client: &Client, output: Output) -> any
             let silent: Vec<_> = all.iter().filter(|of| of.readings.is_empty()).map(named).collect();
             let views: Vec<ReadingView> = all.into_iter().flat_map(views).collect();
             output.list(&views, list_readings)?;
-            let more = silent.len().saturating_sub(MOST_HINTS);
-            for (robot, sensor, why) in why_silent(client, silent).await?.into_iter().take(MOST_HINTS) {
+            let more = silent.len().saturating_sub(MAX_HINTS);
+            for (robot, sensor, why) in why_silent(client, silent).await?.into_iter().take(MAX_HINTS) {
                 let why =
                     if why.is_empty() { "the first comes after steps of one period" } else { why.as_str() };
                 hint(&format!("{robot}/{sensor} has no reading: {why}"));

@@ -22,7 +22,7 @@ use crate::{
 
 /// Longest wait for another simctl that changes the file, and interval of the checks.
 const LOCK: Duration = Duration::from_secs(3);
-const LOOK: Duration = Duration::from_millis(10);
+const CHECK_INTERVAL: Duration = Duration::from_millis(10);
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Token {
@@ -177,7 +177,7 @@ fn locked(path: &Path) -> anyhow::Result<File> {
     loop {
         match private(path) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists && Instant::now() < until => {
-                std::thread::sleep(LOOK);
+                std::thread::sleep(CHECK_INTERVAL);
             }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 let path = path.display();

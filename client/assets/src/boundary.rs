@@ -29,7 +29,7 @@ pub enum Inside {
 /// `folder` is a real path, as from [`Path::canonicalize`].
 pub fn inside(folder: &Path, rest: &Path) -> Inside {
     /// More than the system follows.
-    const MOST_LINKS: usize = 64;
+    const MAX_LINKS: usize = 64;
     let mut links = 0;
     let mut at = folder.to_path_buf();
     let mut ahead: VecDeque<Step> = steps(rest).collect();
@@ -49,7 +49,7 @@ pub fn inside(folder: &Path, rest: &Path) -> Inside {
                 }
                 links += 1;
                 let Ok(target) = next.read_link() else { return Inside::Missing };
-                if links > MOST_LINKS {
+                if links > MAX_LINKS {
                     return Inside::Missing;
                 }
                 for step in steps(&target).collect::<Vec<_>>().into_iter().rev() {

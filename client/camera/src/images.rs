@@ -5,7 +5,7 @@ use jpeg_decoder::PixelFormat;
 use crate::scene::Image;
 
 /// Maximum number of pixels of an image; the daemon has a separate, smaller limit.
-const MOST_PIXELS: u64 = 32 << 20;
+const MAX_PIXELS: u64 = 32 << 20;
 
 /// Reads an image by its first bytes. The error is a fragment of a sentence.
 pub(crate) fn read(bytes: &[u8]) -> Result<Image, String> {
@@ -64,8 +64,8 @@ fn jpeg(bytes: &[u8]) -> Result<Image, String> {
 }
 
 fn bounded(width: u32, height: u32) -> Result<(), String> {
-    if width == 0 || height == 0 || u64::from(width) * u64::from(height) > MOST_PIXELS {
-        return Err(format!("it has {width} x {height} pixels; the limit is {MOST_PIXELS} in all"));
+    if width == 0 || height == 0 || u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(format!("it has {width} x {height} pixels; the limit is {MAX_PIXELS} in all"));
     }
     Ok(())
 }

@@ -9,11 +9,11 @@ use glamx::DVec3;
 
 use crate::scene::{Mesh, Vertex};
 
-/// Metres between a round surface and its triangles, as far as [`MOST_SEGMENTS`] allows.
+/// Metres between a round surface and its triangles, as far as [`MAX_SEGMENTS`] allows.
 const ROUND: f64 = 1e-4;
 /// Number of segments about an axis.
 const LEAST_SEGMENTS: u32 = 24;
-const MOST_SEGMENTS: u32 = 256;
+const MAX_SEGMENTS: u32 = 256;
 /// Radius of a drawn plane, metres: a plane is not visible beyond it.
 pub(crate) const PLANE_RADIUS: f64 = 1000.0;
 
@@ -111,8 +111,8 @@ pub(crate) fn plane() -> Mesh {
 /// numbers occur, so that meshes are shared.
 pub(crate) fn segments(radius: f64) -> u32 {
     let half_angle = (1.0 - ROUND / radius.max(ROUND)).clamp(-1.0, 1.0).acos();
-    let wanted = (PI / half_angle.max(PI / f64::from(MOST_SEGMENTS))).ceil();
-    (wanted as u32).clamp(LEAST_SEGMENTS, MOST_SEGMENTS).next_multiple_of(8)
+    let wanted = (PI / half_angle.max(PI / f64::from(MAX_SEGMENTS))).ceil();
+    (wanted as u32).clamp(LEAST_SEGMENTS, MAX_SEGMENTS).next_multiple_of(8)
 }
 
 /// A mesh while it is made.

@@ -23,7 +23,7 @@ const FIRST_PAUSE: Duration = Duration::from_millis(250);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 /// Number of pictures in a row that the driver may fail at before the program ends. A service manager then
 /// restarts it.
-const MOST_FAILURES: u32 = 3;
+const MAX_FAILURES: u32 = 3;
 
 /// Settings of the loop.
 #[derive(Clone, Debug)]
@@ -122,9 +122,9 @@ impl Shared {
             Err(error) => {
                 tracing::warn!("a picture was not drawn: {error}");
                 if let AppearanceError::Draw(DrawError::Driver(reason)) = &error
-                    && self.failures.fetch_add(1, Ordering::Relaxed) + 1 >= MOST_FAILURES
+                    && self.failures.fetch_add(1, Ordering::Relaxed) + 1 >= MAX_FAILURES
                 {
-                    bail!("{MOST_FAILURES} pictures in a row were not drawn: {reason}");
+                    bail!("{MAX_FAILURES} pictures in a row were not drawn: {reason}");
                 }
                 task::refusal(&task, name, error.to_string())
             }

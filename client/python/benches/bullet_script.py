@@ -189,9 +189,9 @@ def main() -> None:
     importlib.import_module("pybullet_data")
     if name == "simd":
         import simd_client.pybullet as module
-        from simd_client.pybullet import stand_in
+        from simd_client.pybullet import import_hooks
 
-        stand_in.replace(module)
+        import_hooks.replace(module)
     else:
         import pybullet as module
     watched = Watched(module, name, Path(result))

@@ -7,7 +7,7 @@ use simd_proto::v1::{
 use crate::{Client, Error, client::present};
 
 /// Maximum number of values in all arrays of a rollout: 512 MiB.
-const MOST_NUMBERS: u64 = 64 << 20;
+const MAX_NUMBERS: u64 = 64 << 20;
 
 /// Result of a rollout.
 #[derive(Clone, Debug, Default)]
@@ -56,7 +56,7 @@ impl Rollout {
         };
         let (numbers, rest) = part.data.as_chunks();
         let (into, most) = &mut self.arrays()[array];
-        if !rest.is_empty() || (into.len() + numbers.len()) as u64 > (*most).min(MOST_NUMBERS) {
+        if !rest.is_empty() || (into.len() + numbers.len()) as u64 > (*most).min(MAX_NUMBERS) {
             return Err(wrong("has another size than announced"));
         }
         into.extend(numbers.iter().map(|number| f64::from_le_bytes(*number)));

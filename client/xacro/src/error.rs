@@ -33,8 +33,8 @@ pub(crate) fn not_supported(what: &str) -> Fault {
 
 /// Quotes a word of a file for an error, and shortens it.
 pub(crate) fn shown(word: &str) -> String {
-    const MOST: usize = 60;
-    match word.char_indices().nth(MOST) {
+    const MAX: usize = 60;
+    match word.char_indices().nth(MAX) {
         Some((end, _)) => format!("{:?}...", word.get(..end).unwrap_or_default()),
         None => format!("{word:?}"),
     }

@@ -127,21 +127,22 @@ impl Value {
     /// steps.
     pub(crate) fn equals(&self, other: &Self) -> bool {
         const STEPS: usize = 100_000;
-        self.same(other, &mut { STEPS })
+        self.equals_within(other, &mut { STEPS })
     }
 
-    fn same(&self, other: &Self, steps: &mut usize) -> bool {
+    fn equals_within(&self, other: &Self, steps: &mut usize) -> bool {
         let Some(left) = steps.checked_sub(1) else { return false };
         *steps = left;
         match (self, other) {
             (Self::None, Self::None) => true,
             (Self::Text(a), Self::Text(b)) | (Self::Function(a), Self::Function(b)) => a == b,
             (Self::List(a), Self::List(b)) => {
-                a.len() == b.len() && a.iter().zip(b.iter()).all(|(a, b)| a.same(b, steps))
+                a.len() == b.len() && a.iter().zip(b.iter()).all(|(a, b)| a.equals_within(b, steps))
             }
             (Self::Map(a), Self::Map(b)) => {
-                let mut same =
-                    |(key, value): &(Self, Self)| find(b, key).is_some_and(|other| other.same(value, steps));
+                let mut same = |(key, value): &(Self, Self)| {
+                    find(b, key).is_some_and(|other| other.equals_within(value, steps))
+                };
                 a.len() == b.len() && a.iter().all(&mut same)
             }
             (a, b) => matches!((a.number(), b.number()), (Some(a), Some(b)) if a == b),

@@ -108,13 +108,13 @@ fn fields_of_a_newer_schema_are_skipped() {
 #[test]
 fn no_message_contains_itself() {
     fn depth(shape: &Shape, left: usize) -> usize {
-        assert!(left > 0, "a message contains itself, or {MOST_DEPTH} levels of others");
+        assert!(left > 0, "a message contains itself, or {MAX_DEPTH} levels of others");
         let inside = shape.fields.iter().filter_map(|field| match field.inside {
             Inside::Message(shape) => Some(depth(shape, left - 1)),
             Inside::Bytes | Inside::Numbers(_) => None,
         });
         1 + inside.max().unwrap_or(0)
     }
-    assert!(depth(v1::SpawnEntityWithProgressRequest::SHAPE, MOST_DEPTH) >= 4);
+    assert!(depth(v1::SpawnEntityWithProgressRequest::SHAPE, MAX_DEPTH) >= 4);
     assert!(requests().len() > 50);
 }

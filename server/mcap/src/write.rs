@@ -10,7 +10,7 @@ use crate::record::{Builder, LZ4, MAGIC, op};
 /// Size in bytes at which a chunk ends.
 const CHUNK: usize = 1 << 20;
 /// Maximum number of chunks in a file: the index at the end has some hundred bytes for each.
-const MOST_CHUNKS: usize = 1_000_000;
+const MAX_CHUNKS: usize = 1_000_000;
 
 /// Writer of a file. Flushed data can be read even if the file is never completed.
 #[derive(Debug)]
@@ -155,8 +155,8 @@ impl<W: Write> Writer<W> {
         if self.chunk.is_empty() {
             return Ok(());
         }
-        if self.chunks.len() >= MOST_CHUNKS {
-            return Err(io::Error::other(format!("the file has {MOST_CHUNKS} chunks, which is the limit")));
+        if self.chunks.len() >= MAX_CHUNKS {
+            return Err(io::Error::other(format!("the file has {MAX_CHUNKS} chunks, which is the limit")));
         }
         let mut encoder = FrameEncoder::new(Vec::with_capacity(self.chunk.len() / 2));
         encoder.write_all(&self.chunk)?;

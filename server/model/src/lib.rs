@@ -26,7 +26,7 @@ pub mod translation;
 pub mod urdf;
 
 pub use assets::{Asset, Assets};
-pub use limits::{LoadLimits, MOST_LINKS};
+pub use limits::{LoadLimits, MAX_LINKS};
 pub use mesh::beside::address as beside_mesh;
 pub use mesh::hull::extremes;
 pub use name::{first_bytes, is_wire_name, wire_name};

@@ -56,7 +56,7 @@ impl Default for LoadLimits {
 }
 
 /// Maximum number of links that can be configured.
-pub const MOST_LINKS: usize = 10_000;
+pub const MAX_LINKS: usize = 10_000;
 
 /// Nesting depth of elements in a mesh file, and by default in a URDF.
 pub(crate) const XML_DEPTH: usize = 100;

@@ -35,12 +35,12 @@ pub fn translate(
 /// Returns an error if it cannot be read at all although all of its includes are present.
 pub fn describe_with(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Result<Description, Refused> {
     /// Maximum number of URIs of pictures and materials.
-    const MOST: usize = 10_000;
+    const MAX: usize = 10_000;
     let mut description = describe_alone(bytes, assets, limits)?;
     let mut seen: BTreeSet<String> = description.asset_uris.iter().cloned().collect();
     for uri in description.asset_uris.clone() {
         for named in beside::uris(&uri, assets) {
-            if seen.len() < MOST && seen.insert(named.clone()) {
+            if seen.len() < MAX && seen.insert(named.clone()) {
                 description.asset_uris.push(named);
             }
         }

@@ -15,7 +15,7 @@ use super::keys::{self, KEYS, TABLES};
 use super::{ConfigError, Robot};
 
 /// Maximum size of the file, bytes.
-const MOST_BYTES: u64 = 16 << 20;
+const MAX_BYTES: u64 = 16 << 20;
 
 /// The part of a file that is not in the table of keys.
 #[derive(Debug, Deserialize)]
@@ -72,7 +72,7 @@ pub(super) fn names(table: &str) -> Vec<&'static str> {
 pub(super) fn apply(draft: &mut Draft, path: &Path) -> Result<(), ConfigError> {
     let mistake = |sentence: String| ConfigError::File(format!("{}: {sentence}", path.display()));
     let text =
-        files::read_text(path, MOST_BYTES).map_err(|error| mistake(format!("cannot be read: {error}")))?;
+        files::read_text(path, MAX_BYTES).map_err(|error| mistake(format!("cannot be read: {error}")))?;
     let table = DeTable::parse(&text).map_err(|error| mistake(sentence(&text, &error)))?;
     let mut said = BTreeMap::new();
     read_table("", table.get_ref(), &text, &mut said).map_err(mistake)?;

@@ -14,7 +14,7 @@ use simd_core::{Integrator, SurfaceCombination};
 
 use super::key::{Access, Key, MANY};
 use crate::log::LogFormat;
-use simd_world::driver::{MOST_SPIN_US, MOST_STEP_THREADS, Processors};
+use simd_world::driver::{MAX_SPIN_US, MAX_STEP_THREADS, Processors};
 use simd_world::handle::{Pace, RunState};
 
 /// All keys, in the order of the file.
@@ -333,7 +333,7 @@ fn realtime() -> Vec<Key> {
              processors busy during a step. 0: all of `processors`, else one less than the processors; at \
              most 4. With a priority and a thread for each processor, clients get no time while the pace is \
              `max`",
-            Access::Count(0..=MOST_STEP_THREADS, |draft| &mut draft.config.driver.step_threads),
+            Access::Count(0..=MAX_STEP_THREADS, |draft| &mut draft.config.driver.step_threads),
         ),
         Key::new(
             "realtime.lock_memory",
@@ -349,7 +349,7 @@ fn realtime() -> Vec<Key> {
             "microseconds for which the physics thread polls for the next call or step, and a caller for its \
              answer, before they sleep. Calls then wake no thread, but a processor stays busy. 0: they sleep at \
              once",
-            Access::Count(0..=MOST_SPIN_US, |draft| &mut draft.config.driver.spin_us),
+            Access::Count(0..=MAX_SPIN_US, |draft| &mut draft.config.driver.spin_us),
         ),
     ]
 }

@@ -8,13 +8,13 @@ use simd_world::handle::SimHandle;
 use simd_world::process;
 
 /// Time between two looks at the memory.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Looks until the daemon drains. Saves once each time that the memory becomes full.
 pub(super) async fn watch(handle: SimHandle, autosave: Option<Autosave>) {
     let limit = handle.info().limits.memory_limit;
     let draining = handle.draining();
-    let mut looks = tokio::time::interval(LOOK);
+    let mut looks = tokio::time::interval(CHECK_INTERVAL);
     looks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     let mut was_full = false;
     while draining.run_until_cancelled(looks.tick()).await.is_some() {

@@ -12,7 +12,7 @@ use super::notices::{Notifier, Ticket, What};
 use simd_api::convert::to_proto;
 use simd_api::publication::{Encode, STATISTICS, UNCHANGED, joint_states, link_poses, newest};
 use simd_world::SimHandle;
-use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor};
+use simd_world::handle::{CallError, MAX_WATCHED_SENSORS, SensorCursor};
 
 /// Longest wait of one look for events.
 const WAIT: Duration = Duration::from_secs(60);
@@ -168,7 +168,7 @@ impl To<'_> {
         loop {
             ticks.tick().await;
             let cursors = self.cursors(robot, sensor, &mut after)?;
-            for cursors in cursors.chunks(MOST_FOLLOWED) {
+            for cursors in cursors.chunks(MAX_WATCHED_SENSORS) {
                 // A sensor deleted in the meantime is missing in the next round.
                 let Ok(readings) = self.handle.readings_after(cursors) else { continue };
                 for readings in readings.into_iter().filter(|readings| readings.batch.is_news()) {

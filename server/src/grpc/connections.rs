@@ -23,7 +23,7 @@ const GRACE: Duration = Duration::from_secs(1);
 /// Maximum number of closing connections beside the served ones; the next one cuts the first.
 const CLOSING: usize = 32;
 /// Longest time between two checks for idle connections.
-const LOOK: Duration = Duration::from_secs(1);
+const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Minimum time between two logged refusals.
 const LOG: Duration = Duration::from_secs(1);
 
@@ -183,7 +183,8 @@ impl Connections {
     /// Closes connections that are idle for too long. Never returns.
     pub(super) async fn close_idle(&self) {
         // Within a quarter of the limit; an interval of zero would panic.
-        let mut looks = tokio::time::interval((self.limits.idle / 4).clamp(Duration::from_millis(1), LOOK));
+        let mut looks =
+            tokio::time::interval((self.limits.idle / 4).clamp(Duration::from_millis(1), CHECK_INTERVAL));
         loop {
             let now = looks.tick().await;
             self.lock().close_idle(now, self.limits.idle);

@@ -15,7 +15,7 @@ use simd_api::service::BoxStream;
 use simd_world::SimHandle;
 
 /// Time between two checks for a watcher.
-const LOOK: Duration = Duration::from_secs(1);
+const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Reports whether the daemon serves.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ impl HealthService {
     /// Returns the next status of a service that differs from `last`; `None` once the daemon drains.
     async fn next(&self, service: &str, last: ServingStatus) -> Option<ServingStatus> {
         let draining = self.handle.draining();
-        while tokio::time::timeout(LOOK, draining.cancelled()).await.is_err() {
+        while tokio::time::timeout(CHECK_INTERVAL, draining.cancelled()).await.is_err() {
             let now = self.status(service).unwrap_or(ServingStatus::ServiceUnknown);
             if now != last {
                 return Some(now);

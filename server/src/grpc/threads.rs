@@ -13,7 +13,7 @@ use tokio::sync::oneshot;
 use tokio_util::task::TaskTracker;
 
 /// Maximum number: the physics thread and the threads for long work execute most requests.
-const MOST: usize = 8;
+const MAX_THREADS: usize = 8;
 
 /// Threads for connections; dropping this ends them, and cuts their connections.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl FrontEndThreads {
     /// # Errors
     /// Returns an error if the system refuses threads.
     pub fn start() -> io::Result<Self> {
-        let count = std::thread::available_parallelism().map_or(1, usize::from).min(MOST);
+        let count = std::thread::available_parallelism().map_or(1, usize::from).min(MAX_THREADS);
         let threads = (0..count).map(|index| FrontEndThread::start(format!("front-end-{index}")));
         Ok(Self { threads: threads.collect::<io::Result<_>>()?, door: FrontEndThread::start("door".into())? })
     }

@@ -22,7 +22,7 @@ use super::socket_names::SocketNames;
 use crate::config::TlsFiles;
 
 /// Maximum size of a file with certificates or a key, bytes.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// Certificate of the served connections.
 #[derive(Debug)]
@@ -89,7 +89,7 @@ fn config(files: &TlsFiles) -> Result<ServerConfig, String> {
 }
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
-    files::read(files::open(path)?, MOST_BYTES)
+    files::read(files::open(path)?, MAX_BYTES)
 }
 
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, String> {

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::Page;
 
 /// Maximum number of locators in the document.
-const MOST: usize = 16;
+const MAX_LOCATORS: usize = 16;
 
 /// The document.
 #[derive(Serialize)]
@@ -37,7 +37,7 @@ impl ZenohWays {
     /// The first of each, without settings, which may name files.
     pub(super) fn for_everyone(&self) -> Self {
         let bare = |locator: &String| locator.split(['#', '?']).next().unwrap_or_default().to_owned();
-        let first = |locators: &[String]| locators.iter().map(bare).take(MOST).collect();
+        let first = |locators: &[String]| locators.iter().map(bare).take(MAX_LOCATORS).collect();
         Self { listen: first(&self.listen), routers: first(&self.routers) }
     }
 }

@@ -12,7 +12,7 @@ use simd_ros2::wire::Qos;
 use super::endpoints::{Graph, Topic};
 use super::robots::{DeclaredFor, Robot, SensorKey, sensor_topics};
 use simd_world::SimHandle;
-use simd_world::handle::{MOST_FOLLOWED, SensorCursor};
+use simd_world::handle::{MAX_WATCHED_SENSORS, SensorCursor};
 use simd_world::recording::sensor_message::{SensorMessage, SensorShape};
 
 /// The topics of sensors.
@@ -90,7 +90,7 @@ impl Sensors {
                 topic.after.get_or_insert_with(|| last.get(id).copied().unwrap_or(0));
             }
         }
-        for topics in topics.chunks_mut(MOST_FOLLOWED) {
+        for topics in topics.chunks_mut(MAX_WATCHED_SENSORS) {
             let cursors: Vec<SensorCursor> = topics.iter().map(|(_, topic)| topic.cursor()).collect();
             // If one of them is deleted, the next state shows it.
             let Ok(readings) = handle.readings_after(&cursors) else { continue };

@@ -14,7 +14,7 @@ use zenoh::sample::SampleKind;
 use super::Error;
 
 /// Longest wait for the network's answers.
-const LOOK: Duration = Duration::from_secs(2);
+const ANSWER_WAIT: Duration = Duration::from_secs(2);
 /// Number of checks, and the time between them, whether the other daemon has withdrawn.
 const LOOKS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(100);
@@ -86,7 +86,7 @@ async fn warn_of_others(session: &Session, name: &str) -> Result<(), Error> {
 /// Returns the session ids of other daemons with this name, smallest first.
 async fn others(session: &Session, name: &str) -> Result<Vec<String>, Error> {
     let own = session.zid().to_string();
-    let tokens = session.liveliness().get(keys::daemons_named(name)).timeout(LOOK);
+    let tokens = session.liveliness().get(keys::daemons_named(name)).timeout(ANSWER_WAIT);
     let tokens = tokens.await.map_err(Error::session)?;
     let mut others = Vec::new();
     let all = async {
@@ -99,7 +99,7 @@ async fn others(session: &Session, name: &str) -> Result<Vec<String>, Error> {
         }
     };
     // Zenoh's own time limit does not always end it.
-    let _ = tokio::time::timeout(LOOK, all).await;
+    let _ = tokio::time::timeout(ANSWER_WAIT, all).await;
     others.sort();
     Ok(others)
 }

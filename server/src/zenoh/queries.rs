@@ -43,7 +43,7 @@ use simd_world::SimHandle;
 use simd_world::handle::{CallError, DaemonLimits, Peer, Transport};
 
 /// Upper bound of the limit of one query's bytes.
-const MOST_BYTES: usize = 1 << 28;
+const MAX_BYTES: usize = 1 << 28;
 /// Number of largest messages that fit at one time.
 const MESSAGES: usize = 16;
 /// Maximum number of refusals on their way.
@@ -64,7 +64,7 @@ pub(super) async fn serve(
     let system = |error| Error::Session(format!("there are no threads for replies: {error}"));
     let DaemonLimits { zenoh_queries, zenoh_streams, .. } = handle.info().limits;
     let senders = Arc::new(Senders::new(zenoh_queries + REFUSALS).map_err(system)?);
-    let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX).min(MOST_BYTES);
+    let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX).min(MAX_BYTES);
     let calls = Arc::new(Calls {
         routes: routes(handle, Transport::Zenoh),
         handle: handle.clone(),

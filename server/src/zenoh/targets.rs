@@ -33,7 +33,7 @@ const WAITING: usize = 256;
 /// Maximum number of commands that wait for their step.
 const UNDER_WAY: usize = 64;
 /// Upper bound of the limit of messages' bytes.
-const MOST_BYTES: usize = 1 << 28;
+const MAX_BYTES: usize = 1 << 28;
 /// Time between two logged summaries of refusals.
 const REPORT: Duration = Duration::from_secs(1);
 
@@ -101,7 +101,7 @@ pub(super) async fn serve(
 /// Makes an inbox for messages of at most `limit` bytes.
 fn inbox(limit: u64) -> (Inbox, mpsc::Receiver<Sent>) {
     let (sender, receiver) = mpsc::channel(WAITING);
-    let limit = usize::try_from(limit).unwrap_or(usize::MAX).min(MOST_BYTES);
+    let limit = usize::try_from(limit).unwrap_or(usize::MAX).min(MAX_BYTES);
     let (lost, long) = Default::default();
     (Inbox { sender, room: Arc::new(Semaphore::new(limit)), limit, lost, long }, receiver)
 }

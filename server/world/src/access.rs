@@ -24,7 +24,7 @@ pub use self::methods::{Claims, Concern, claims_of, concern_of, role_of};
 use crate::account::Account;
 
 /// Time between two checks of the file and of expired tokens.
-const LOOK: Duration = Duration::from_secs(1);
+const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Maximum number of refusals logged per second; further ones are only counted, so that they cannot fill the
 /// disk.
@@ -215,7 +215,7 @@ impl Access {
     /// Checks the file for changes at intervals. Never returns.
     pub async fn keep_current(self) {
         let Some(file) = self.file else { return std::future::pending().await };
-        let mut looks = tokio::time::interval(LOOK);
+        let mut looks = tokio::time::interval(CHECK_INTERVAL);
         loop {
             looks.tick().await;
             let look = Arc::clone(&file);

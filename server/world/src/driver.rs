@@ -52,7 +52,7 @@ pub(crate) use recorder_queue::{
 };
 pub(crate) use sensor_log::{CameraSample, SensorLog};
 pub use sensor_log::{ContactReading, LoggedReading, Measured, NamedContactPartner, ReadingBatch};
-pub use step_threads::{MOST_STEP_THREADS, StepThreads};
+pub use step_threads::{MAX_STEP_THREADS, StepThreads};
 pub(crate) use world::World;
 
 use crate::call_error::panic_message;
@@ -71,7 +71,7 @@ use relay::Relay;
 use step_queue::StepQueue;
 
 /// Maximum `spin_us`, microseconds.
-pub const MOST_SPIN_US: u64 = 1_000;
+pub const MAX_SPIN_US: u64 = 1_000;
 
 /// Settings of the driver.
 #[derive(Clone, Copy, Debug)]

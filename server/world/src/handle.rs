@@ -58,7 +58,7 @@ pub use accounts::ClientStream;
 pub use audit::RobotNote;
 pub use bindings::{BoundQuantity, JointBinding};
 pub use calls::{MethodCalls, RefusedUnanswered};
-pub use cameras::MOST_PIXELS;
+pub use cameras::MAX_PIXELS;
 pub use cameras::{
     BadMatrix, CameraName, CameraReport, Drawn, Intrinsics, Lens, Light, Picture, PictureOrder, PictureRobot,
     PictureTask, PictureView, Plane, Planes, RendererStatus, intrinsics,
@@ -76,7 +76,7 @@ pub use once::{IdentifiedRequest, Outcome};
 pub use owners::Owner;
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
 pub use rollouts::{CopiesDone, RolloutAnswer, RolloutFrom, RolloutStart};
-pub use sensors::MOST_FOLLOWED;
+pub use sensors::MAX_WATCHED_SENSORS;
 pub use sensors::{NumberedSensor, SensorCursor, SensorReadings, SensorSelection};
 pub use view::{
     CameraTarget, GivenColor, Input, InputEvent, InputKind, LinkColor, Marker, MarkerShape, MouseButton,

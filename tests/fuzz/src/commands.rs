@@ -19,7 +19,7 @@ use simd_world::handle::Source;
 /// Steps after each request.
 const STEPS: usize = 3;
 /// Requests of one sequence.
-const MOST: usize = 200;
+const MAX: usize = 200;
 
 /// A sequence is requests one after the other: a byte for the kind, two for the length, and the message. A
 /// refused request changes nothing, to the bit. After an accepted request, every number that a client sees is
@@ -36,7 +36,7 @@ pub fn commands(bytes: &[u8]) {
     let mut rest = bytes;
     // Held by the sender of every second command.
     let mut claim = None;
-    for turn in 0..MOST {
+    for turn in 0..MAX {
         let Some((kind, message)) = super::message(&mut rest) else { break };
         let before = world.fingerprint();
         match asked(kind, message, turn) {

@@ -17,7 +17,7 @@ use simd_proto::v1;
 use super::commands::{ARM, BALL, MESH, PYRAMID, check, read_with};
 
 /// Questions of one sequence.
-const MOST: usize = 50;
+const MAX: usize = 50;
 
 /// A sequence is queries one after the other: a byte for the kind, two for the length, and the message. Each
 /// is refused, or every number of its answer is finite, and each link and pair comes once. Returns the number
@@ -28,7 +28,7 @@ pub fn queries(bytes: &[u8]) -> usize {
     let seen = SEEN.get_or_init(seen);
     let mut rest = bytes;
     let mut answered = 0;
-    for _ in 0..MOST {
+    for _ in 0..MAX {
         let Some((kind, message)) = super::message(&mut rest) else { break };
         answered += usize::from(answer(seen, kind, message).is_some());
     }

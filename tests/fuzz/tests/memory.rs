@@ -63,7 +63,7 @@ fn nested_and_doubling_files_cost_what_their_bytes_justify() {
 
 #[test]
 fn files_at_the_limit_of_triangles_and_beyond_stay_below_half_a_gigabyte() {
-    const MOST: u64 = 450 << 20;
+    const MAX: u64 = 450 << 20;
     let polygon = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf".to_owned() + &" 1 2 3".repeat(2_000_000);
     let of_polygon = peak(obj, polygon.as_bytes());
     let triangles = 2_000_000_u32;
@@ -80,7 +80,7 @@ fn files_at_the_limit_of_triangles_and_beyond_stay_below_half_a_gigabyte() {
     let source = SOURCE.replace("0 0 0 1 0 0 1 1 0", &floats).replace("4294967295", "5000000");
     let of_collada = peak(collada, dae(&(source + FACES), &SHOWN.repeat(20)).as_bytes());
     println!("polygon {of_polygon}, STL {of_stl}, COLLADA {of_collada} bytes");
-    assert!(of_polygon < MOST && of_stl < MOST && of_collada < MOST);
+    assert!(of_polygon < MAX && of_stl < MAX && of_collada < MAX);
 }
 
 /// Opens a file of this content with a right hash.

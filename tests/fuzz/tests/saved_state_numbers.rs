@@ -190,7 +190,7 @@ fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
         numbers.extend([&mut constraint.definition.max_force, &mut constraint.definition.max_torque]);
         numbers.extend(constraint.impulses.iter_mut().flatten());
         numbers.extend(
-            constraint.motion.iter_mut().flatten().flat_map(|of| of.foreseen.iter_mut().chain(&mut of.bent)),
+            constraint.motion.iter_mut().flatten().flat_map(|of| of.predicted.iter_mut().chain(&mut of.bent)),
         );
         numbers.extend(vector(&mut constraint.reading.force));
     }

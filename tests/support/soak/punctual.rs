@@ -17,7 +17,7 @@ const MOMENT: Duration = Duration::from_millis(100);
 /// The machine is in time if the sleeping thread is never later than this.
 const IN_TIME: Duration = Duration::from_micros(150);
 /// A step is late together with a sleep within this time of it, which can belong to the next moment.
-const BESIDE: Duration = Duration::from_millis(20);
+const SAME_TIME: Duration = Duration::from_millis(20);
 
 /// It looks until it is ended.
 pub(super) struct Punctual {
@@ -53,7 +53,7 @@ async fn look(client: Client, sleeper: Arc<Sleeper>, ends: Arc<AtomicBool>) -> R
         let asked = Instant::now();
         let now = Steps::so_far(&client).await?.lateness;
         if let Some((from, to, steps)) = last.replace((begun, Instant::now(), now.since(&before)))
-            && sleeper.latest(from.checked_sub(BESIDE).unwrap_or(from), to + BESIDE) <= IN_TIME
+            && sleeper.latest(from.checked_sub(SAME_TIME).unwrap_or(from), to + SAME_TIME) <= IN_TIME
         {
             punctual.add(&steps);
         }

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Interval between searches of a network for new daemons.
-const LOOK: Duration = Duration::from_secs(2);
+const CHECK_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Begins to watch them. The future ends once each network was searched for the first time.
 pub(super) fn find(
@@ -107,6 +107,6 @@ async fn search(
         if let Some(looked) = looked.take() {
             let _ = looked.send(());
         }
-        tokio::time::sleep(LOOK).await;
+        tokio::time::sleep(CHECK_INTERVAL).await;
     }
 }

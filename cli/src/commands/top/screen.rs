@@ -17,7 +17,7 @@ use super::{
 };
 
 /// Interval of the checks whether the reader of keys has ended.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// Maximum number of waiting keys; further ones stay in the terminal.
 const WAITING: usize = 64;
 
@@ -109,7 +109,7 @@ fn keys() -> mpsc::Receiver<io::Result<Event>> {
     let (send, heard) = mpsc::channel(WAITING);
     thread::spawn(move || {
         loop {
-            let event = match event::poll(LOOK) {
+            let event = match event::poll(CHECK_INTERVAL) {
                 Ok(false) if send.is_closed() => return,
                 Ok(false) => continue,
                 Ok(true) => event::read(),

@@ -30,7 +30,7 @@ pub(crate) use surface::Surface;
 use targets::{KeptTargets, Readback, Targets};
 
 /// Maximum number of pixels of a side.
-pub(crate) const MOST_PIXELS: u32 = 4096;
+pub(crate) const MAX_PIXELS: u32 = 4096;
 /// Maximum wall time of a picture. A driver that takes longer hangs.
 const LONGEST: Duration = Duration::from_secs(60);
 
@@ -109,7 +109,7 @@ impl Renderer {
     /// Returns an error if the picture is too large, or the driver fails.
     pub(crate) fn draw(&mut self, scene: &Scene) -> Result<Picture, DrawError> {
         let (width, height) = (scene.width, scene.height);
-        let most = MOST_PIXELS.min(self.gpu.limits.max_texture_dimension_2d);
+        let most = MAX_PIXELS.min(self.gpu.limits.max_texture_dimension_2d);
         if width == 0 || height == 0 || width > most || height > most {
             return Err(DrawError::Size { width, height, most });
         }

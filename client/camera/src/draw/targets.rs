@@ -5,9 +5,9 @@ use crate::gpu::{Gpu, SAMPLES};
 use super::pipelines::{BUFFERED_DEPTH, COLOR, DISTANCE, NUMBER};
 
 /// Pixels of the largest picture with smoothed edges: more would fill a small GPU with four samples each.
-const MOST_SMOOTHED: u64 = 2048 * 2048;
+const MAX_SMOOTHED_PIXELS: u64 = 2048 * 2048;
 /// Maximum bytes that are kept for earlier sizes.
-const MOST_KEPT: u64 = 128 << 20;
+const MAX_KEPT_BYTES: u64 = 128 << 20;
 
 /// Targets of pictures of one size.
 #[derive(Debug)]
@@ -75,7 +75,7 @@ impl KeptTargets {
         let mut bytes = targets.bytes();
         self.0.retain(|kept| {
             bytes += kept.bytes();
-            bytes <= MOST_KEPT
+            bytes <= MAX_KEPT_BYTES
         });
         self.0.insert(0, targets);
         // Never empty: the targets were inserted above.
@@ -102,7 +102,7 @@ impl Targets {
 
 impl ColorTargets {
     fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
-        let is_smoothed = gpu.smooths && u64::from(width) * u64::from(height) <= MOST_SMOOTHED;
+        let is_smoothed = gpu.smooths && u64::from(width) * u64::from(height) <= MAX_SMOOTHED_PIXELS;
         let samples = if is_smoothed { SAMPLES } else { 1 };
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let smooth = is_smoothed.then(|| view(&texture(gpu, COLOR, width, height, samples, drawn)));

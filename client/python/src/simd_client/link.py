@@ -23,7 +23,7 @@ from simd_client.zenoh_callbacks import wait_for_callbacks
 
 AnyMethod = Method[Any, Any]
 
-MOST_REPLIES = 256
+MAX_REPLIES = 256
 """Maximum number of queued stream replies."""
 
 EXIT_SECONDS = 2.0

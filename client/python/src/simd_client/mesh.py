@@ -10,7 +10,7 @@ from typing import Protocol, Union
 import numpy as np
 import numpy.typing as npt
 
-MOST_TRIANGLES = 1_000_000
+MAX_TRIANGLES = 1_000_000
 """Maximum number of triangles of a mesh from arrays. The daemon limits files separately."""
 
 
@@ -53,9 +53,9 @@ def mesh_file(mesh: AnyMesh) -> MeshFile:
         raise ValueError(f"vertices are rows of 3 numbers, not of the shape {vertices.shape}")
     if not np.isfinite(vertices).all():
         raise ValueError("a vertex is not finite")
-    if triangles.ndim != 2 or triangles.shape[1] != 3 or not 0 < len(triangles) <= MOST_TRIANGLES:
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not 0 < len(triangles) <= MAX_TRIANGLES:
         raise ValueError(
-            f"triangles are rows of 3 indices, at most {MOST_TRIANGLES:,}, not of the shape {triangles.shape}"
+            f"triangles are rows of 3 indices, at most {MAX_TRIANGLES:,}, not of the shape {triangles.shape}"
         )
     if not np.issubdtype(triangles.dtype, np.integer):
         raise ValueError(f"indices of vertices are whole numbers, not {triangles.dtype}")

@@ -16,7 +16,7 @@ from simd_client.state import RobotState
 QUANTITIES = ("position", "velocity", "effort", "target")
 """Quantities that can be plotted."""
 
-MOST_STATES = 100_000
+MAX_STATES = 100_000
 """Maximum number of states in one plot."""
 
 _UNITS = {

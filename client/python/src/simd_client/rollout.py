@@ -21,7 +21,7 @@ Mode = Literal["position", "velocity", "effort"]
 Interpolation = Literal["hold", "linear", "cubic"]
 """Interpolation between knots: the previous knot, a straight line, or a smooth curve through the knots."""
 
-_MOST = 2**32 - 1
+_MAX_UINT32 = 2**32 - 1
 """Largest count that a message can hold. The daemon's limit is lower, and its error says so."""
 
 
@@ -94,7 +94,7 @@ class Control:
             mode=enum_name("ROLLOUT_CONTROL_MODE", self.mode, Mode, "mode of a control"),
             values=_packed(values),
             knots=knots,
-            knot_steps=count_within("knot_steps", self.knot_steps, _MOST),
+            knot_steps=count_within("knot_steps", self.knot_steps, _MAX_UINT32),
             interpolation=enum_name("ROLLOUT_INTERPOLATION", self.interpolation, Interpolation, "interpolation"),
             stiffness=self.stiffness,
             damping=self.damping,
@@ -193,8 +193,8 @@ class Variation:
             given=None if self.values is None else _packed(self.values),
             uniform=low_high and proto.RolloutUniform(low=low_high[0], high=low_high[1]),
             normal=normal and proto.RolloutNormal(mean=normal[0], deviation=normal[1]),
-            wrench_step=count_within("wrench_step", self.wrench_step, _MOST) if is_wrench else 0,
-            wrench_steps=count_within("wrench_steps", self.wrench_steps, _MOST) if is_wrench else 0,
+            wrench_step=count_within("wrench_step", self.wrench_step, _MAX_UINT32) if is_wrench else 0,
+            wrench_steps=count_within("wrench_steps", self.wrench_steps, _MAX_UINT32) if is_wrench else 0,
         )
 
 
@@ -342,7 +342,7 @@ def copies_of(copies: int | None, parts: Sequence[Control | Start | Variation]) 
     if len(counts) > 1:
         numbers = ", ".join(str(count) for count in sorted(count for count in counts if count is not None))
         raise ValueError(f"arrays are for different numbers of copies: {numbers}")
-    return count_within("copies", next(iter(counts), 1) or 0, _MOST)
+    return count_within("copies", next(iter(counts), 1) or 0, _MAX_UINT32)
 
 
 def rollout_to_proto(
@@ -365,13 +365,13 @@ def rollout_to_proto(
     return proto.RolloutRequest(
         saved_state=saved_state,
         copies=copies_of(copies, (*controls, *starts, *variations)),
-        steps=count_within("steps", steps, _MOST),
+        steps=count_within("steps", steps, _MAX_UINT32),
         controls=[control.to_proto() for control in controls],
         starts=[start.to_proto() for start in starts],
         variations=[variation.to_proto() for variation in variations],
         seed=count_within("seed", seed, 2**64 - 1),
         quantities=[observation.to_proto() for observation in observations],
-        record_steps=count_within("record_steps", record_steps, _MOST),
+        record_steps=count_within("record_steps", record_steps, _MAX_UINT32),
         record_start=record_start,
         costs=[cost.message for cost in costs],
         return_step_costs=step_costs,

@@ -14,7 +14,7 @@ from simd_client.geometry import FloatArray
 from simd_client.rollout import Observation
 from simd_client.world import Stamp, stamp_from_proto
 
-MOST_BYTES = 512 * 1024 * 1024
+MAX_BYTES = 512 * 1024 * 1024
 """A larger answer is refused, so that a faulty daemon cannot fill the client's memory."""
 
 
@@ -58,7 +58,7 @@ class Gathered:
             (result.copies, result.terms),
             (result.copies, result.steps if result.has_step_costs else 0),
         )
-        if sum(_size(shape) for shape in self._shapes) * 8 > MOST_BYTES:
+        if sum(_size(shape) for shape in self._shapes) * 8 > MAX_BYTES:
             raise AnswerError("the daemon's answer cannot be understood: the rollout is too large")
         self._arrays = [np.empty(_size(shape)) for shape in self._shapes]
         self._filled = [0, 0, 0]

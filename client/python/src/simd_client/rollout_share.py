@@ -13,7 +13,7 @@ import numpy.typing as npt
 from simd_client import proto
 from simd_client.errors import AnswerError, DeadlineExceeded, SimdError, Unavailable
 from simd_client.rollout import Control, Cost, Observation, Start, Variation, rollout_to_proto
-from simd_client.rollout_answer import MOST_BYTES, Rollout
+from simd_client.rollout_answer import MAX_BYTES, Rollout
 from simd_client.rollout_draws import drawn
 
 TOGETHER = 8
@@ -29,7 +29,7 @@ SILENT_SECONDS = 10.0
 LEAST_SILENT_SECONDS = 1.0
 """Minimum of that time, even if little time remains."""
 
-MOST_ENDED = 16
+MAX_REASONS = 16
 """Maximum number of early ends with reasons in an answer, equal to the daemon's."""
 
 
@@ -177,7 +177,7 @@ class Sharing:
         """Takes the answer to a part."""
         with self._lock:
             self._found[copies.start] = daemon, found
-            if sum(_bytes(each) for _, each in self._found.values()) > MOST_BYTES:
+            if sum(_bytes(each) for _, each in self._found.values()) > MAX_BYTES:
                 self._fail(copies, AnswerError("the rollout is too large: observe less, or ask for fewer copies"))
 
     def give_back(self, copies: range, error: Unavailable | DeadlineExceeded) -> None:
@@ -227,7 +227,7 @@ class Sharing:
                 for index in range(len(first.observations))
             ),
             steps_done=np.concatenate([part.steps_done for part in found]),
-            ended=dict(list(ended.items())[:MOST_ENDED]),
+            ended=dict(list(ended.items())[:MAX_REASONS]),
             processor_seconds=sum(part.processor_seconds for part in found),
             start_fingerprint=first.start_fingerprint,
         )

@@ -18,7 +18,7 @@ from simd_client.endpoint import Endpoint
 from simd_client.errors import EndpointError, Unavailable
 
 _DOCUMENT = "/.well-known/simd.json"
-_MOST_BYTES = 65536
+_MAX_BYTES = 65536
 
 
 def find(endpoint: Endpoint, timeout: float, ca: str | None) -> Endpoint:
@@ -93,7 +93,7 @@ def _ask(endpoint: Endpoint, timeout: float, ca: str | None) -> dict[str, Any]:
         connection.request("GET", _DOCUMENT, headers={"Host": "localhost"})
         answer = connection.getresponse()
         if answer.status == 200:
-            document = json.loads(answer.read(_MOST_BYTES))
+            document = json.loads(answer.read(_MAX_BYTES))
     except ssl.SSLCertVerificationError as error:
         raise Unavailable(
             f"the certificate of the daemon at {endpoint.locator} is not accepted ({error.verify_message}): name the file of "

@@ -2,7 +2,7 @@
 import { restarted } from "../state/restart";
 
 /** Maximum number of remembered robots, the newest. */
-const MOST = 100;
+const MAX = 100;
 
 /** Requests to load robots again, by name. */
 const loads = new Map<string, () => Promise<unknown>>();
@@ -11,7 +11,7 @@ const loads = new Map<string, () => Promise<unknown>>();
 export function remember(robot: string, again: () => Promise<unknown>): void {
   loads.delete(robot);
   loads.set(robot, again);
-  for (const oldest of [...loads.keys()].slice(0, -MOST)) loads.delete(oldest);
+  for (const oldest of [...loads.keys()].slice(0, -MAX)) loads.delete(oldest);
 }
 
 /** Offers the robots that the daemon lost by its restart, if this page can load them again. */

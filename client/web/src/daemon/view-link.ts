@@ -20,7 +20,7 @@ const CAMERA_INTERVAL = 100;
 const NO_WAIT = 0.001;
 const CALL = { timeoutMs: 5000 };
 /** Maximum number of events in one report. */
-const MOST_INPUT = 256;
+const MAX_EVENTS = 256;
 
 /** Makes one call after the other, none of which waits at the daemon. */
 export class ViewLink {
@@ -108,7 +108,7 @@ export class ViewLink {
       {
         ...(isDue ? { camera: messageOf(camera) } : {}),
         followedVersion: (isDue ? camera : this.reported)?.followed ?? 0n,
-        input: input.slice(-MOST_INPUT).map(inputOf),
+        input: input.slice(-MAX_EVENTS).map(inputOf),
       },
       CALL,
     );

@@ -15,9 +15,9 @@ export interface Description {
 }
 
 /** Bytes: a longer file is listed by its name alone. */
-const MOST_BYTES = 8 << 20;
+const MAX_BYTES = 8 << 20;
 /** Maximum number of XML files that the page reads. */
-const MOST_FILES = 2000;
+const MAX_FILES = 2000;
 
 const ENDINGS: readonly (readonly [RegExp, Kind])[] = [
   [/\.urdf$/i, "URDF"],
@@ -40,7 +40,7 @@ export async function findDescriptions(files: readonly DroppedFile[]): Promise<D
     const named = ENDINGS.find(([ending]) => ending.test(path))?.[1];
     const isXml = /\.xml$/i.test(path);
     if (!named && !isXml) continue;
-    if (named === "xacro" || file.size > MOST_BYTES || looked >= MOST_FILES) {
+    if (named === "xacro" || file.size > MAX_BYTES || looked >= MAX_FILES) {
       if (named) found.push({ path, kind: named });
       continue;
     }

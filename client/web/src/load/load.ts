@@ -51,7 +51,7 @@ interface Place {
 export const DEFAULT_OPTIONS: LoadOptions = { name: "", yaw: 0, base: "fixed", meshes: "mesh", scale: 1 };
 
 /** Maximum number of a xacro's messages that are shown. */
-const MOST_MESSAGES = 3;
+const MAX_MESSAGES = 3;
 
 const BASES: Record<LoadOptions["base"], Base> = { described: Base.UNSPECIFIED, fixed: Base.FIXED, free: Base.FREE };
 const SHAPES: Record<LoadOptions["meshes"], MeshShapes> = { mesh: MeshShapes.MESH, hull: MeshShapes.HULL, parts: MeshShapes.DECOMPOSITION };
@@ -95,7 +95,7 @@ async function descriptionOf(entities: Entities, files: Map<string, File>, choic
   checkSize(what, "description", files.get(urdf)?.size ?? 0);
   if (!isXacro(choice.path)) return { urdf, bytes: await bytesOf(files, urdf) };
   const expanded = await expandXacro(entities, files, choice);
-  for (const message of expanded.messages.slice(0, MOST_MESSAGES)) toast("info", `${what}: ${message}`);
+  for (const message of expanded.messages.slice(0, MAX_MESSAGES)) toast("info", `${what}: ${message}`);
   return { urdf, bytes: expanded.urdf };
 }
 

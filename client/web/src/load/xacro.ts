@@ -6,7 +6,7 @@ import { MOUNT, nameOf } from "./tree";
 /** Files that a xacro file may include or read, and manifests, which give folders their package names. */
 const SOURCES = /\.(xacro|urdf|xml|gazebo|ya?ml)$/i;
 /** Bytes: no person writes a larger source, and the daemon reads none. */
-const MOST_BYTES = 4 << 20;
+const MAX_BYTES = 4 << 20;
 
 /** A file that is to be loaded. */
 export interface Chosen {
@@ -50,7 +50,7 @@ function plain(text: string): string {
 
 /** Returns the URDF that a dropped file expands to, and its messages by `xacro.message` and `xacro.warning`. */
 export async function expandXacro(entities: Services["entities"], files: ReadonlyMap<string, File>, { path, values }: Chosen): Promise<{ urdf: Uint8Array<ArrayBuffer>; messages: string[] }> {
-  const sources = [...files].filter(([name, { size }]) => SOURCES.test(name) && size <= MOST_BYTES);
+  const sources = [...files].filter(([name, { size }]) => SOURCES.test(name) && size <= MAX_BYTES);
   checkSize(nameOf(path), "message", sources.reduce((sum, [, { size }]) => sum + size, 0));
   const read = async ([name, file]: [string, File]) => [name.slice(1), new Uint8Array(await file.arrayBuffer())] as const;
   const { urdf, messages } = await entities.expandXacro({

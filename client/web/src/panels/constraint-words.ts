@@ -1,10 +1,10 @@
 // Words of the panel for constraints.
-import { MOST_DRAWN, type Constraint } from "../state/constraints";
+import { MAX_DRAWN, type Constraint } from "../state/constraints";
 import { shortened } from "./quantity";
 
 /** Returns a note that not all of them are drawn; empty if they are. */
 export function undrawn(count: number): string {
-  return count > MOST_DRAWN ? `Only the first ${MOST_DRAWN} of these ${count} are drawn.` : "";
+  return count > MAX_DRAWN ? `Only the first ${MAX_DRAWN} of these ${count} are drawn.` : "";
 }
 
 /** Returns the force of a constraint over the last step, and its bound if it has one. */

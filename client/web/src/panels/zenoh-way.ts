@@ -9,14 +9,14 @@ export type ZenohWay =
   | { kind: "off" };
 
 /** Bytes of the document that are read. */
-const MOST_BYTES = 65536;
+const MAX_BYTES = 65536;
 
 /** Asks the daemon. Undefined if it does not say. */
 export async function zenohWay(): Promise<ZenohWay | undefined> {
   try {
     const answer = await fetch("/.well-known/simd.json");
     const text = answer.ok ? await answer.text() : "";
-    if (text === "" || text.length > MOST_BYTES) return undefined;
+    if (text === "" || text.length > MAX_BYTES) return undefined;
     return wayOf(JSON.parse(text), location.hostname, location.protocol === "https:");
   } catch {
     return undefined;

@@ -18,7 +18,7 @@ export interface Series {
 }
 
 /** Maximum number of links of a robot that are offered. */
-const MOST_LINKS = 200;
+const MAX_LINKS = 200;
 
 const AXES = ["x", "y", "z"] as const;
 const ANGLES = ["roll", "pitch", "yaw"] as const;
@@ -45,7 +45,7 @@ export const catalogue = computed<Series[]>(() => [
   ...robots.value.flatMap(({ name, links }) => [
     ...AXES.map((axis): Series => ({ key: key("base", name, axis), group: name, label: `base ${axis}`, unit: "m" })),
     ...ANGLES.map((axis): Series => ({ key: key("base", name, axis), group: name, label: `base ${axis}`, unit: "rad" })),
-    ...(name === shownRobot.value?.name ? links.slice(0, MOST_LINKS) : []).flatMap((link): Series[] => [
+    ...(name === shownRobot.value?.name ? links.slice(0, MAX_LINKS) : []).flatMap((link): Series[] => [
       ...AXES.map((axis) => ({ key: key("link", name, link, axis), group: `${name}: links`, label: `${link} ${axis}`, unit: "m" })),
       ...AXES.map((axis) => ({ key: key("link", name, link, `v${axis}`), group: `${name}: links`, label: `${link} velocity ${axis}`, unit: "m/s" })),
       { key: key("contact", name, link), group: `${name}: contacts`, label: `${link} contact force`, unit: "N" },

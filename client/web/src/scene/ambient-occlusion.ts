@@ -7,8 +7,8 @@ import type { ViewCamera } from "./view-camera";
 
 /** Radius of the search for occluders, as a part of the distance to the camera's target; and its minimum and maximum, metres. */
 const REACH = 0.06;
-const LEAST_REACH = 0.02;
-const MOST_REACH = 0.5;
+const MIN_REACH = 0.02;
+const MAX_REACH = 0.5;
 /** Share of the occluded light that is removed. */
 const INTENSITY = 0.85;
 const SAMPLES = 12;
@@ -39,7 +39,7 @@ export class AmbientOcclusion {
   darken(renderer: WebGLRenderer, distance: number): void {
     const { x, y } = renderer.getDrawingBufferSize(this.size);
     if (x !== this.pass.width || y !== this.pass.height) this.pass.setSize(x, y);
-    const radius = Math.min(MOST_REACH, Math.max(LEAST_REACH, REACH * distance));
+    const radius = Math.min(MAX_REACH, Math.max(MIN_REACH, REACH * distance));
     this.pass.updateGtaoMaterial({ radius, thickness: radius });
     const { autoClear } = renderer;
     const { background } = this.scene;

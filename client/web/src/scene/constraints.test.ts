@@ -1,7 +1,7 @@
 // Drawing of constraints.
 import { Matrix4 } from "three";
 import { expect, test } from "vitest";
-import { MOST_DRAWN, type Constraint } from "../state/constraints";
+import { MAX_DRAWN, type Constraint } from "../state/constraints";
 import { ConstraintMarks, type Finder } from "./constraints";
 
 /** The joints of the parent and the child are two metres apart. */
@@ -47,10 +47,10 @@ test("a gear is a dashed line, and its torque an arrow with two heads", () => {
 
 test("the first 400 are drawn", () => {
   const marks = new ConstraintMarks();
-  const many = Array.from({ length: MOST_DRAWN + 5 }, (_, index) => of(`gear-${index}`, { kind: "gear", torque: [0, 5, 0] }));
+  const many = Array.from({ length: MAX_DRAWN + 5 }, (_, index) => of(`gear-${index}`, { kind: "gear", torque: [0, 5, 0] }));
   marks.set(many, find, "", 1, 10);
-  expect(marks.drawn()).toEqual({ lines: 7 * MOST_DRAWN, shafts: MOST_DRAWN, heads: 2 * MOST_DRAWN });
-  expect([MOST_DRAWN - 1, MOST_DRAWN].map((index) => marks.anchors.has(`gear-${index}`))).toEqual([true, false]);
+  expect(marks.drawn()).toEqual({ lines: 7 * MAX_DRAWN, shafts: MAX_DRAWN, heads: 2 * MAX_DRAWN });
+  expect([MAX_DRAWN - 1, MAX_DRAWN].map((index) => marks.anchors.has(`gear-${index}`))).toEqual([true, false]);
   marks.set([], find, "", 1, 10);
   expect(marks.drawn()).toEqual({ lines: 0, shafts: 0, heads: 0 });
   marks.dispose();

@@ -1,7 +1,7 @@
 // Constraints: a line from one anchor to the other, a mark at each, and an arrow for the force on the child. A gear's line is dashed. Its
 // arrow has two heads if its child's joint turns: it is the torque about the joint's axis.
 import { Group, InstancedMesh, Matrix4, MeshBasicMaterial, OctahedronGeometry, Quaternion, Color, Vector3, ConeGeometry, CylinderGeometry } from "three";
-import { MOST_DRAWN, type Constraint, type ConstraintEnd } from "../state/constraints";
+import { MAX_DRAWN, type Constraint, type ConstraintEnd } from "../state/constraints";
 import { along, marker } from "./markers";
 import { CONSTRAINT, SATURATED } from "./palette";
 
@@ -26,10 +26,10 @@ export class ConstraintMarks {
   /** Ends of the drawn constraints, by name. */
   readonly anchors = new Map<string, readonly [Vector3, Vector3]>();
   private readonly material = new MeshBasicMaterial({ depthTest: false, transparent: true });
-  private readonly marks = new InstancedMesh(new OctahedronGeometry(1), this.material, 2 * MOST_DRAWN);
-  private readonly lines = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, DASHES * MOST_DRAWN);
-  private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MOST_DRAWN);
-  private readonly heads = new InstancedMesh(along(new ConeGeometry(1, 1, 12)), this.material, 2 * MOST_DRAWN);
+  private readonly marks = new InstancedMesh(new OctahedronGeometry(1), this.material, 2 * MAX_DRAWN);
+  private readonly lines = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, DASHES * MAX_DRAWN);
+  private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MAX_DRAWN);
+  private readonly heads = new InstancedMesh(along(new ConeGeometry(1, 1, 12)), this.material, 2 * MAX_DRAWN);
 
   constructor() {
     for (const each of this.all()) {
@@ -48,7 +48,7 @@ export class ConstraintMarks {
     this.anchors.clear();
     for (const each of this.all()) each.count = 0;
     const color = new Color();
-    for (const constraint of constraints.slice(0, MOST_DRAWN)) {
+    for (const constraint of constraints.slice(0, MAX_DRAWN)) {
       const parent = anchor(constraint.parent, find);
       const child = anchor(constraint.child, find);
       if (!parent || !child) continue;

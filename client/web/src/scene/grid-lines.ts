@@ -8,7 +8,7 @@ const KINDS = [
   { spacing: 10, opacity: 0.5 },
 ] as const;
 /** Maximum number of lines in one direction on one side of the middle: closer ones would flicker. */
-const MOST = 120;
+const MAX = 120;
 /** Number of steps in which a line fades. */
 const PARTS = 10;
 /** Relative changes of the reach and of the middle after which the grid is rebuilt. */
@@ -27,7 +27,7 @@ type Corner = readonly [x: number, y: number, red: number, green: number, blue: 
 export function gridCorners(x: number, y: number, reach: number, colour: readonly [number, number, number]): Corner[] {
   const corners: Corner[] = [];
   // The coarser of two fitting spacings has brighter lines, over the finer.
-  const fitting = KINDS.filter(({ spacing }) => reach / spacing <= MOST && reach / spacing >= 1);
+  const fitting = KINDS.filter(({ spacing }) => reach / spacing <= MAX && reach / spacing >= 1);
   for (const { spacing, opacity } of fitting) {
     for (const isAlongX of [true, false]) {
       const across = isAlongX ? y : x;

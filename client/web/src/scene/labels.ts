@@ -3,7 +3,7 @@ import { Vector3 } from "three";
 import { projected, type ViewCamera } from "./view-camera";
 
 /** Maximum number of shown names. */
-const MOST = 200;
+const MAX = 200;
 
 /** A name, and its position. */
 export interface Label {
@@ -27,7 +27,7 @@ export class Labels {
   show(labels: readonly Label[], camera: ViewCamera): void {
     const [width, height] = labels.length > 0 ? [this.canvas.clientWidth, this.canvas.clientHeight] : [0, 0];
     let shown = 0;
-    for (const { text, at } of labels.slice(0, MOST)) {
+    for (const { text, at } of labels.slice(0, MAX)) {
       const place = projected(at, camera);
       if (!place || Math.abs(place.x) > 1 || Math.abs(place.y) > 1) continue;
       const element = this.texts[shown] ?? this.add();

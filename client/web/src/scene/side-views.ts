@@ -16,7 +16,7 @@ const GAP = 8;
 const NARROW = 620;
 /** Size as a share of the picture's height, and its maximum in CSS pixels. */
 const SHARE = 0.27;
-const MOST = 240;
+const MAX_WIDTH = 240;
 /** Ratio of width to height. */
 const SHAPE = 4 / 3;
 /** Extent in front of the camera and behind it, as a multiple of the distance to its target. */
@@ -33,7 +33,7 @@ export interface Place {
 /** Below each other at the right, or side by side at the top if space is short. */
 export function places(width: number, height: number): Place[] {
   const isNarrow = width < NARROW;
-  const high = isNarrow ? (width - GAP * (VIEWS.length + 1)) / VIEWS.length / SHAPE : Math.min(MOST, SHARE * height);
+  const high = isNarrow ? (width - GAP * (VIEWS.length + 1)) / VIEWS.length / SHAPE : Math.min(MAX_WIDTH, SHARE * height);
   const wide = SHAPE * high;
   return VIEWS.map((_, index) =>
     isNarrow

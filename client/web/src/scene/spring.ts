@@ -13,8 +13,8 @@ const MAX_ACCELERATION = 60;
 const MAX_MASS_RATIO = 4;
 
 /** Minimum and maximum time of a pull that is not renewed, wall seconds. */
-const LEAST = 0.5;
-const MOST = 5;
+const MIN = 0.5;
+const MAX = 5;
 /** Simulated seconds that the daemon allows for a pull. */
 const DAEMON_MOST = 60;
 
@@ -23,7 +23,7 @@ const DAEMON_MOST = 60;
  * a second. A pull lasts as long as three intervals, so that slow pages do not let go.
  */
 export function pullDuration(interval: number, factor: number): number {
-  return Math.min(DAEMON_MOST, Math.min(MOST, Math.max(LEAST, (3 * interval) / 1000)) * Math.max(1, factor));
+  return Math.min(DAEMON_MOST, Math.min(MAX, Math.max(MIN, (3 * interval) / 1000)) * Math.max(1, factor));
 }
 
 /** A spring with a limit. */

@@ -6,7 +6,7 @@ import { MASS, SLIDES, TURNS, WHOLE_MASS } from "./palette";
 import type { RobotView } from "./robot-view";
 
 /** Maximum number of marked joints and links. */
-const MOST = 4000;
+const MAX = 4000;
 /** Sizes, as fractions of the size of the robot. */
 const AXIS_LENGTH = 0.3;
 const AXIS_WIDTH = 0.008;
@@ -28,10 +28,10 @@ export class StructureMarks {
   /** Centre of mass of each marked robot, world axes, by name. */
   readonly centres = new Map<string, Vector3>();
   private readonly material = new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.85 });
-  private readonly axes = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MOST);
-  private readonly balls = new InstancedMesh(new SphereGeometry(1, 14, 10), this.material, MOST);
+  private readonly axes = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 8)), this.material, MAX);
+  private readonly balls = new InstancedMesh(new SphereGeometry(1, 14, 10), this.material, MAX);
   private readonly soft = new MeshBasicMaterial({ color: MASS, depthTest: false, transparent: true, opacity: 0.3 });
-  private readonly ellipsoids = new InstancedMesh(new SphereGeometry(1, 20, 14), this.soft, MOST);
+  private readonly ellipsoids = new InstancedMesh(new SphereGeometry(1, 20, 14), this.soft, MAX);
   private count = { axes: 0, balls: 0, ellipsoids: 0 };
 
   constructor() {
@@ -85,7 +85,7 @@ export class StructureMarks {
   private markInertias(view: RobotView): void {
     view.scene.links.forEach(({ mass, centreOfMass, inertia }, index) => {
       const ellipsoid = centreOfMass && inertia && ellipsoidOf(mass, [...centreOfMass], inertia);
-      if (!ellipsoid || this.count.ellipsoids >= MOST) return;
+      if (!ellipsoid || this.count.ellipsoids >= MAX) return;
       this.ellipsoids.setMatrixAt(this.count.ellipsoids, ellipsoid.premultiply(view.worldFromLink(index)));
       this.count.ellipsoids += 1;
     });
@@ -96,7 +96,7 @@ export class StructureMarks {
     const indices = new Map(scene.links.map(({ name }, index) => [name, index]));
     for (const { type, child, axis } of scene.joints ?? []) {
       const index = indices.get(child);
-      if (!axis || index === undefined || type === "fixed" || this.count.axes >= MOST) continue;
+      if (!axis || index === undefined || type === "fixed" || this.count.axes >= MAX) continue;
       const link = view.worldFromLink(index);
       const way = new Vector3(...axis).transformDirection(link);
       const from = new Vector3().setFromMatrixPosition(link).addScaledVector(way, -0.5 * AXIS_LENGTH * size);
@@ -124,7 +124,7 @@ export class StructureMarks {
   }
 
   private ball(at: Vector3, radius: number, color: number): void {
-    if (this.count.balls >= MOST) return;
+    if (this.count.balls >= MAX) return;
     this.balls.setMatrixAt(this.count.balls, marker(at, UNTURNED, radius, radius));
     this.balls.setColorAt(this.count.balls, new Color(color));
     this.count.balls += 1;

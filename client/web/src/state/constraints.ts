@@ -37,7 +37,7 @@ export interface Constraint {
 }
 
 /** Maximum number of drawn constraints: the first ones. */
-export const MOST_DRAWN = 400;
+export const MAX_DRAWN = 400;
 
 /** Constraints in the order of their creation. */
 export const constraints = signal<readonly Constraint[]>([]);

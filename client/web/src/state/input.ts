@@ -10,7 +10,7 @@ export type PageInput =
   | { kind: "mouse"; x: number; y: number; button: MouseButton | null; isDown: boolean };
 
 /** Maximum number of waiting events; the oldest are dropped. */
-const MOST = 256;
+const MAX = 256;
 
 /** The program that asks for keys and mouse; null without one. */
 export const inputFor = signal<string | null>(null);
@@ -25,7 +25,7 @@ export function pushInput(input: PageInput): void {
   const isMove = (it: PageInput | undefined): boolean => it?.kind === "mouse" && it.button === null;
   if (isMove(input) && isMove(waiting.at(-1))) waiting.pop();
   waiting.push(input);
-  if (waiting.length > MOST) waiting.shift();
+  if (waiting.length > MAX) waiting.shift();
   inputCount.value += 1;
 }
 

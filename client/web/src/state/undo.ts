@@ -3,7 +3,7 @@ import { signal } from "@preact/signals";
 import { toast } from "./toasts";
 
 /** Maximum number of changes. */
-const MOST = 100;
+const MAX = 100;
 /** Milliseconds within which changes of one thing count as one. */
 const TOGETHER = 1000;
 
@@ -50,7 +50,7 @@ export function changed(change: Change, now = performance.now()): void {
     past.value = [...past.peek().slice(0, -1), { ...change, undo: last.undo, at: now }];
     return;
   }
-  past.value = [...past.peek(), { ...change, at: now }].slice(-MOST);
+  past.value = [...past.peek(), { ...change, at: now }].slice(-MAX);
 }
 
 /** Undoes the newest change. */

@@ -9,11 +9,11 @@ export type Room = "wide" | "tall" | "short";
 const NARROW = 760;
 const LOW = 480;
 /** The narrowest page on which picture and panel are side by side. */
-const BESIDE = 480;
+const MIN_SIDE_BY_SIDE = 480;
 
 export function roomOf(width: number, height: number, textPercent: number): Room {
   const [wide, high] = [(100 * width) / textPercent, (100 * height) / textPercent];
-  if (high < LOW && wide >= BESIDE && wide > high) return "short";
+  if (high < LOW && wide >= MIN_SIDE_BY_SIDE && wide > high) return "short";
   return wide <= NARROW ? "tall" : "wide";
 }
 

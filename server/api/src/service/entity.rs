@@ -27,7 +27,7 @@ use simd_world::loading::Progress;
 
 /// Maximum number of triangles of a collider that is sent as text, which is written anew for each requested
 /// part of the file. Hulls and parts of meshes stay below it; terrain may not.
-const MOST_WRITTEN: usize = 16_384;
+const MAX_TEXT_TRIANGLES: usize = 16_384;
 
 /// Serves `simd.v1.EntityService`.
 #[derive(Clone, Debug)]
@@ -303,7 +303,7 @@ impl EntityService for Service {
             Some(asset) => Some(asset),
             None => {
                 let written = |mesh: ConvexMesh| {
-                    (mesh.triangles.len() <= MOST_WRITTEN).then(|| to_proto::scene::obj(&mesh).into())
+                    (mesh.triangles.len() <= MAX_TEXT_TRIANGLES).then(|| to_proto::scene::obj(&mesh).into())
                 };
                 self.handle.with_collider(sha256, written).await.or_status()?.flatten()
             }

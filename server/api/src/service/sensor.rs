@@ -14,7 +14,7 @@ use super::{BoxStream, mismatched};
 use crate::convert::from_proto::sensor as from_proto;
 use crate::convert::to_proto::{sensor as to_proto, stamp};
 use simd_world::SimHandle;
-use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor, SensorReadings};
+use simd_world::handle::{CallError, MAX_WATCHED_SENSORS, SensorCursor, SensorReadings};
 
 /// Longest wait of one look for readings; a watcher does not notice it.
 const WAIT: Duration = Duration::from_secs(60);
@@ -106,9 +106,9 @@ impl SensorService for Service {
             let expected = "there must be a sensor to watch".into();
             return Err(CallError::InvalidValue { element, value, expected }).or_status();
         }
-        if cursors.len() > MOST_FOLLOWED {
+        if cursors.len() > MAX_WATCHED_SENSORS {
             let what = "sensors that are watched".to_owned();
-            let (value, limit) = (cursors.len() as u64, MOST_FOLLOWED as u64);
+            let (value, limit) = (cursors.len() as u64, MAX_WATCHED_SENSORS as u64);
             return Err(CallError::LimitExceeded { what, value, limit }).or_status();
         }
         let mut ticks = interval(period);

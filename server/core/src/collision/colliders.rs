@@ -1,8 +1,8 @@
 //! Shapes of one robot in the world: their poses, the distance around them within which contacts are looked
 //! for, and their surfaces.
 
-mod fetch;
 mod look_ahead;
+mod prefetch;
 mod rest_pose;
 
 use std::fmt;

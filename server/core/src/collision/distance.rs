@@ -12,10 +12,10 @@ use super::scene::PlacedShape;
 use super::surface_distance::{gap, nearest_on_surface};
 
 /// Maximum number of pairs of shapes whose bounds are compared in one query.
-pub const MOST_BOUNDS: usize = 10_000_000;
+pub const MAX_BOUNDS: usize = 10_000_000;
 
 /// Maximum number of pairs of shapes whose distance is computed in one query.
-pub const MOST_DISTANCES: usize = 100_000;
+pub const MAX_DISTANCES: usize = 100_000;
 
 /// Nearest points of two links.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +54,7 @@ type Pair<'a> = (f64, &'a PlacedShape, &'a PlacedShape);
 /// 2003). Pairs of two triangle surfaces are left out. Stops as soon as `is_cancelled`.
 ///
 /// # Errors
-/// Returns an error for more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other. If
+/// Returns an error for more than [`MAX_BOUNDS`] pairs of shapes, or [`MAX_DISTANCES`] near each other. If
 /// only the nearest pair is wanted, the latter are pairs whose bounds are nearer to each other than the
 /// farthest points of another pair's.
 pub fn closest_points(
@@ -64,8 +64,8 @@ pub fn closest_points(
     is_cancelled: &dyn Fn() -> bool,
 ) -> Result<Vec<Closest>, TooMany> {
     let count = a.len().saturating_mul(b.len());
-    if count > MOST_BOUNDS {
-        return Err(TooMany(count, MOST_BOUNDS));
+    if count > MAX_BOUNDS {
+        return Err(TooMany(count, MAX_BOUNDS));
     }
     let mut pairs: Vec<Pair<'_>> = Vec::new();
     // Overlapping shapes have bounds that meet, at any depth.
@@ -77,12 +77,12 @@ pub fn closest_points(
         let measured = b.iter().filter(|second| !(first.is_surface() && second.is_surface()));
         let near = measured.map(|second| (bounds_gap(first, second), first, second));
         pairs.extend(near.filter(|(gap, one, other)| *gap <= most_gap && is_wanted(one, other)));
-        if pairs.len() > MOST_DISTANCES && wanted.nearest_only {
+        if pairs.len() > MAX_DISTANCES && wanted.nearest_only {
             most_gap = pairs.iter().map(|(_, one, other)| bounds_span(one, other)).fold(most_gap, f64::min);
             pairs.retain(|(gap, ..)| *gap <= most_gap);
         }
-        if pairs.len() > MOST_DISTANCES {
-            return Err(TooMany(pairs.len(), MOST_DISTANCES));
+        if pairs.len() > MAX_DISTANCES {
+            return Err(TooMany(pairs.len(), MAX_DISTANCES));
         }
     }
     // Likely nearest pairs come first, so that the rest needs no distance.
@@ -213,7 +213,7 @@ fn crossing(
 const TOUCHING: f64 = 1e-12;
 
 /// Displacements to retry an overlap from, as parts of the smaller shape's size.
-const ASIDE: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+const RETRY_OFFSETS: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 
 /// Unit directions of these displacements; the last ones are oblique to the axes of most shapes.
 const WAYS: [DVec3; 5] =
@@ -224,7 +224,7 @@ const WAYS: [DVec3; 5] =
 /// poses are right to about a hundredth, as EPA is for round shapes.
 fn deeper([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
     let size = a.0.compute_local_bounding_sphere().radius.min(b.0.compute_local_bounding_sphere().radius);
-    for aside in ASIDE.map(|part| part * size) {
+    for aside in RETRY_OFFSETS.map(|part| part * size) {
         if !aside.is_finite() || found.dist < -aside {
             break;
         }

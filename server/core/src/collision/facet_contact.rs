@@ -15,17 +15,17 @@ use super::facets::{Facets, above, unit_normal};
 use super::hull::Graph;
 use super::narrow::{clip_convex, is_capsule};
 use super::plane::{ROUNDING, outermost_beyond};
-use super::reduce::{MOST, needs_middle, reduce};
+use super::reduce::{MAX_POINTS, needs_middle, reduce};
 use super::seams::{passes_edge, seam_height};
 
 /// Maximum number of points of two colliders: eight directions.
-pub const MOST_OF_PAIR: usize = 8 * MOST;
+pub const MAX_PAIR_POINTS: usize = 8 * MAX_POINTS;
 
 /// Points whose normals differ by less than this angle, as a cosine, are of one contact: 5 degrees.
 pub(super) const SAME_DIRECTION: f64 = 0.9962;
 
 /// Largest angle at which a direction does not count as leading into a triangle, radians.
-const INTO: f64 = 1e-9;
+const MAX_INWARD_ANGLE: f64 = 1e-9;
 
 /// Tolerance at which corners are equally far along a direction, as a part of the triangle's size; both are
 /// then touched.
@@ -43,7 +43,7 @@ const FAR: f64 = 1.000_001;
 const LEAST_RADIAL: f64 = 0.1;
 
 /// Angle from the line of contact beyond which points of a cylinder's side are dropped, radians.
-const BESIDE: f64 = 1e-3;
+const MAX_LINE_ANGLE: f64 = 1e-3;
 
 /// Number of triangles between two calls of the interrupt.
 const BETWEEN_INTERRUPTS: usize = 1_024;
@@ -234,7 +234,7 @@ impl FacetContact {
             if towards.length() < LEAST_RADIAL || arm.length() < 0.5 * cylinder.radius {
                 return true;
             }
-            if towards.cross(arm).length() > BESIDE * towards.length() * arm.length()
+            if towards.cross(arm).length() > MAX_LINE_ANGLE * towards.length() * arm.length()
                 || towards.dot(arm) < 0.0
             {
                 return false;
@@ -252,7 +252,7 @@ impl FacetContact {
     fn reduce(&mut self, is_capsule: bool) {
         let Self { found, group, places, kept, .. } = self;
         kept.clear();
-        while kept.len() <= MOST_OF_PAIR - MOST {
+        while kept.len() <= MAX_PAIR_POINTS - MAX_POINTS {
             let deepest = found.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
             let Some(&FacetPoint { normal, .. }) = deepest else { return };
             group.clear();
@@ -263,7 +263,7 @@ impl FacetContact {
                     places.push((point.on_surface, point.distance));
                 }
             }
-            let mut chosen = [0; MOST];
+            let mut chosen = [0; MAX_POINTS];
             let count = reduce(places, normal, &mut chosen);
             kept.extend(chosen[..count].iter().map(|&i| found[group[i]]));
             if let ([p, q], false) = (&chosen[..count], is_capsule) {
@@ -372,7 +372,8 @@ impl NormalConstraints for Cone {
         let mut edges =
             self.inward.iter().zip(&self.beyond).zip(touched).filter(|(_, is_touched)| *is_touched);
         let is_open = edges.all(|((inward, beyond), _)| {
-            direction.dot(*inward) >= -INTO || beyond.is_none_or(|beyond| direction.dot(beyond) <= INTO)
+            direction.dot(*inward) >= -MAX_INWARD_ANGLE
+                || beyond.is_none_or(|beyond| direction.dot(beyond) <= MAX_INWARD_ANGLE)
         });
         if is_open && !(self.one_sided && along <= 0.0) {
             return true;

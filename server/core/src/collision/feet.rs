@@ -7,7 +7,7 @@ use super::colliders::RobotColliders;
 use super::filter::Filter;
 use crate::dynamics::Tree;
 use crate::dynamics::contact_point::{Surface, SurfaceCombination};
-use crate::dynamics::lanes::{FootPair, Guard, MOST_FEET, can_be_foot};
+use crate::dynamics::lanes::{FootPair, Guard, MAX_FEET, can_be_foot};
 
 /// Feet of a robot, planes that they may touch, and other shapes that may touch those.
 #[derive(Debug)]
@@ -53,7 +53,7 @@ impl RobotFeet {
             }
         }
         feet.pairs.sort_unstable_by_key(|pair| (pair.robots, pair.colliders));
-        (!feet.pairs.is_empty() && feet.pairs.len() <= MOST_FEET).then_some(feet)
+        (!feet.pairs.is_empty() && feet.pairs.len() <= MAX_FEET).then_some(feet)
     }
 
     /// Lists the shapes that may touch planes of another robot. Returns false if lanes cannot take one of the

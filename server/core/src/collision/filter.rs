@@ -19,7 +19,7 @@ use crate::dynamics::Tree;
 
 /// Maximum number of pairs of colliders of different bodies for a robot with self-collision. They are stored,
 /// and a step in which the robot moves checks each.
-pub const MOST_OWN_PAIRS: u64 = 1_000_000;
+pub const MAX_OWN_PAIRS: u64 = 1_000_000;
 
 /// Groups that a link belongs to and groups that it touches, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,7 +94,7 @@ impl<'a> Filter<'a> {
 impl RobotColliders {
     /// Sets the filter: whether the robot touches itself, the groups of each of its links, and its own
     /// disabled or enabled pairs, in order. Links beyond the list keep the default groups. A robot that
-    /// touches itself has at most [`MOST_OWN_PAIRS`], which the caller must check.
+    /// touches itself has at most [`MAX_OWN_PAIRS`], which the caller must check.
     pub fn set_filter(&mut self, tree: &Tree, self_collision: bool, groups: &[Groups], pairs: &[LinkPair]) {
         for placed in &mut self.placed {
             placed.groups = groups.get(placed.link).copied().unwrap_or_default();

@@ -15,7 +15,7 @@ const BEFORE: f64 = 1e-5;
 
 /// Distance at which shapes touch, metres: the direction between their nearest points is undefined below it.
 /// Farther away it is a part of the coordinates, far above their rounding.
-const NEAR: f64 = 1e-9;
+const SURFACE_DISTANCE: f64 = 1e-9;
 const ROUNDING: f64 = 1e-12;
 
 /// Maximum number of steps.
@@ -34,7 +34,7 @@ pub(super) fn first_touch(
     way: DVec3,
     cast_fraction: f64,
 ) -> Option<ShapeHit> {
-    let near = NEAR.max(ROUNDING * (from.translation.length() + way.length() * cast_fraction));
+    let near = SURFACE_DISTANCE.max(ROUNDING * (from.translation.length() + way.length() * cast_fraction));
     let mut fraction = (cast_fraction - BEFORE).max(0.0);
     let mut touched: Option<ShapeHit> = None;
     for _ in 0..STEPS {

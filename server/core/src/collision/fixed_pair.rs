@@ -20,7 +20,7 @@ const DEEP: f64 = 1e-3;
 const LEAST_DEEP: f64 = 1e-4;
 
 /// Gap beyond which colliders are not tested one by one, metres.
-const NEAR: f64 = 0.1;
+const TESTED_GAP: f64 = 0.1;
 
 /// Part of a distance that is relied on: GJK ends within 1e-7 of it.
 const EXACT: f64 = 0.999;
@@ -124,13 +124,13 @@ impl NarrowPhase {
         } else {
             let mut near = std::mem::take(&mut scratch.near);
             let [near_b, near_first] = &mut near;
-            // Colliders that are not near have a gap of at least `NEAR`.
-            a.near(&b.bounds.loosened(NEAR), near_b);
+            // Colliders that are not near have a gap of at least `TESTED_GAP`.
+            a.near(&b.bounds.loosened(TESTED_GAP), near_b);
             let mut far = near_b.len() < a.placed.len();
             for &i in &*near_b {
                 let first = &a.placed[i];
                 if first.bounds.meets(&b.bounds) {
-                    b.near(&first.bounds.loosened(NEAR), near_first);
+                    b.near(&first.bounds.loosened(TESTED_GAP), near_first);
                     self.compared += near_first.len() as u64;
                     is_whole = is_whole
                         && near_first.iter().all(|&j| self.classify(&query, [i, j], known, &mut scratch));
@@ -140,7 +140,7 @@ impl NarrowPhase {
                 }
             }
             if far {
-                known.note_separation(&query, NEAR);
+                known.note_separation(&query, TESTED_GAP);
             }
             scratch.near = near;
         }

@@ -5,7 +5,7 @@ use rapier3d_f64::parry::shape::{Shape, ShapeType, TypedShape};
 use simd_model::robot::Sha256;
 
 use super::Shapes;
-use super::mesh::MOST_MEASURED;
+use super::mesh::MAX_MEASURED_TRIANGLES;
 use super::shapes::{Part, upright};
 use super::triangle_tree::TriangleTree;
 use crate::dynamics::Tree;
@@ -110,7 +110,7 @@ pub(super) fn tree_of(shape: &dyn Shape) -> Option<TriangleTree> {
         TypedShape::Cone(cone) => cone.to_trimesh(ROUND),
         TypedShape::Capsule(capsule) => capsule.to_trimesh(ROUND, ROUND / 2),
         TypedShape::ConvexPolyhedron(hull) => hull.to_trimesh(),
-        TypedShape::TriMesh(mesh) if mesh.indices().len() <= MOST_MEASURED => {
+        TypedShape::TriMesh(mesh) if mesh.indices().len() <= MAX_MEASURED_TRIANGLES => {
             (mesh.vertices().to_vec(), mesh.indices().to_vec())
         }
         _ => return None,

@@ -8,7 +8,7 @@ use rapier3d_f64::parry::shape::ConvexPolyhedron;
 const WORTH_A_GRAPH: usize = 24;
 
 /// Number of corners of the largest hull with a graph.
-const MOST: usize = 1_024;
+const MAX_CORNERS: usize = 1_024;
 
 /// Number of start directions along each side of a cube's face.
 const SIDE: usize = 4;
@@ -26,7 +26,7 @@ impl Graph {
     /// Returns the graph of a hull with enough corners, and not too many.
     pub(super) fn of(hull: &ConvexPolyhedron) -> Option<Self> {
         let points = hull.points();
-        if !(WORTH_A_GRAPH..=MOST).contains(&points.len()) {
+        if !(WORTH_A_GRAPH..=MAX_CORNERS).contains(&points.len()) {
             return None;
         }
         let mut edges: Vec<(u16, u16)> = Vec::new();
@@ -85,8 +85,8 @@ impl Graph {
         if points[corner].dot(along) < least {
             return;
         }
-        let mut reached = [0u64; MOST / 64];
-        let mut open = [0u64; MOST / 64];
+        let mut reached = [0u64; MAX_CORNERS / 64];
+        let mut open = [0u64; MAX_CORNERS / 64];
         reached[corner / 64] |= 1 << (corner % 64);
         open[corner / 64] |= 1 << (corner % 64);
         let words = points.len().div_ceil(64);

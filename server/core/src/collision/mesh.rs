@@ -21,16 +21,16 @@ const THINNEST: f64 = 1e-6;
 
 /// Number of corners above which a hull is simplified. This bounds the time to make a hull and the cost of
 /// its contacts.
-const MOST_POINTS: usize = 1_000;
+const MAX_POINTS: usize = 1_000;
 
 /// Number of triangles above which a mesh is not decomposed; its hull replaces it.
-const MOST_DIVIDED: usize = 100_000;
+const MAX_DECOMPOSED_TRIANGLES: usize = 100_000;
 
 /// A hull that lies farther from its mesh is too coarse to touch other links of its robot with, metres.
 pub(super) const COARSE_HULL: f64 = 3e-3;
 
 /// The distance of a mesh with more triangles than this from other links is not measured: its hull touches them.
-pub(super) const MOST_MEASURED: usize = 100_000;
+pub(super) const MAX_MEASURED_TRIANGLES: usize = 100_000;
 
 /// Resolution and maximum number of parts of a convex decomposition.
 const DECOMPOSITION: VHACDParameters = VHACDParameters {
@@ -95,7 +95,7 @@ pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh 
 /// The triangles of a mesh in a shape's axes; `None` where they are too many.
 fn tree(mesh: &MeshAsset, scale: DVec3, shape_from_own: DPose3) -> Option<TriangleTree> {
     let corner = |index: u32| shape_from_own.transform_point(mesh.vertices[index as usize] * scale);
-    let few = mesh.triangles.len() <= MOST_MEASURED;
+    let few = mesh.triangles.len() <= MAX_MEASURED_TRIANGLES;
     few.then(|| TriangleTree::new(mesh.triangles.iter().map(|triangle| triangle.map(corner))))?
 }
 
@@ -104,7 +104,7 @@ fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let first = points.first().copied().unwrap_or_default();
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
-    if mesh.triangles.len() > MOST_DIVIDED || (most - least).min_element() <= THINNEST {
+    if mesh.triangles.len() > MAX_DECOMPOSED_TRIANGLES || (most - least).min_element() <= THINNEST {
         return Vec::new();
     }
     let parts = VHACD::decompose(&DECOMPOSITION, &points, &mesh.triangles, true);
@@ -115,7 +115,7 @@ fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
 /// Returns corners with nearly the same hull. If they are fewer, also returns how far any other corner lies
 /// outside of its faces, metres.
 fn fewer(points: Vec<DVec3>) -> (Vec<DVec3>, Option<f64>) {
-    if points.len() <= MOST_POINTS {
+    if points.len() <= MAX_POINTS {
         return (points, None);
     }
     let (kept, error) = simplified(&points);

@@ -18,14 +18,14 @@ use super::hull::Graph;
 use super::hull_support::HullSupport;
 use super::near_facets::NearFacets;
 use super::plane::{ROUNDING, far_above, outermost_beyond};
-use super::reduce::{MOST, SAME, needs_middle, reduce};
+use super::reduce::{MAX_POINTS, MERGE_DISTANCE, needs_middle, reduce};
 use super::seams::{is_seam, seam_height};
 use super::surface_contact::SurfaceContact;
 use crate::dynamics::contact_point::{ContactPoint, SurfaceCombination};
 
 /// Displacement of one of two clipped faces whose edges coincide, metres: far above rounding, and too small
 /// to change their loads.
-const ASIDE: f64 = 1e-10;
+const MAX_TIE: f64 = 1e-10;
 
 /// Number of pairs of colliders between two calls of the interrupt.
 const BETWEEN_INTERRUPTS: u32 = 256;
@@ -159,7 +159,7 @@ impl NarrowPhase {
                 return true;
             }
         }
-        let mut kept = [0; MOST];
+        let mut kept = [0; MAX_POINTS];
         let mut count = reduce(&self.points, normal, &mut kept);
         let rolls_on_lines =
             || [robots[0].shape(a), robots[1].shape(b)].into_iter().all(|shape| !is_capsule(shape));
@@ -289,11 +289,11 @@ impl NarrowPhase {
         let mut normal = self.clip(sides, a_from_b, within)?;
         let count = self.corners(within);
         self.take_points(DVec3::ZERO, within);
-        if count < MOST && has_faces(a) && has_faces(b) {
+        if count < MAX_POINTS && has_faces(a) && has_faces(b) {
             // If edges of two faces coincide to rounding, parry misses corners inside and crossings of edges,
             // or finds a corner twice. For exactly stacked boxes it finds three of four corners, two or none.
             let (u, v) = normal.any_orthonormal_pair();
-            let aside = (u * 0.83 + v * 0.55) * ASIDE;
+            let aside = (u * 0.83 + v * 0.55) * MAX_TIE;
             let moved = DPose3::from_parts(a_from_b.translation + aside, a_from_b.rotation);
             let again = self.clip(sides, &moved, within);
             if let Some(again) = again.filter(|_| self.corners(within) > count) {
@@ -322,7 +322,8 @@ impl NarrowPhase {
         let points = &self.manifold.points;
         let near = points.iter().enumerate().filter(|(_, point)| point.dist < within);
         near.filter(|(i, point)| {
-            let same = |other: &DVec3| other.distance_squared(point.local_p1) < SAME * SAME;
+            let same =
+                |other: &DVec3| other.distance_squared(point.local_p1) < MERGE_DISTANCE * MERGE_DISTANCE;
             !points[..*i].iter().any(|other| other.dist < within && same(&other.local_p1))
         })
         .count()

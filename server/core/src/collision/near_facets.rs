@@ -9,7 +9,7 @@ use super::colliders::RobotColliders;
 use super::facets::Facets;
 
 /// Number of triangles near a robot above which each of its shapes searches separately.
-const MOST: usize = 64;
+const MAX_COMMON_TRIANGLES: usize = 64;
 
 /// Surfaces of two robots with few triangles near the other one. Reuses its memory, and keeps no other state.
 #[derive(Default)]
@@ -48,7 +48,7 @@ impl NearFacets {
             let (placed, frame) = (&robot.placed[collider], &robot.frames[collider]);
             let Some(surface) = robot.facets(placed) else { continue };
             let around = other.seen_from(&frame.world_from_shape);
-            if !surface.few_within(&around, MOST, &mut self.ids) {
+            if !surface.few_within(&around, MAX_COMMON_TRIANGLES, &mut self.ids) {
                 continue;
             }
             let first = self.triangles.len();

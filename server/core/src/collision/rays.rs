@@ -24,7 +24,7 @@ pub struct RayHit {
 
 /// Difference of fractions below which both shapes are tested, so that the choice of the first does not
 /// depend on the tree.
-const SAME: f64 = 1e-12;
+const EQUAL_DISTANCE: f64 = 1e-12;
 
 /// Order of hits: fraction, robot and its collider, and index in the scene; the least is the first.
 type HitOrder = (f64, (usize, usize), usize);
@@ -66,10 +66,10 @@ impl Scene {
             if first.get().is_none_or(|known| this < known) {
                 first.set(Some(this));
             }
-            Some(fraction + SAME * (1.0 + fraction))
+            Some(fraction + EQUAL_DISTANCE * (1.0 + fraction))
         };
         // The end of the path counts, and parry's search accepts only hits before its limit.
-        let mut most = 1.0 + SAME;
+        let mut most = 1.0 + EQUAL_DISTANCE;
         for index in self.bounded..self.shapes.len() {
             most = meets(index, most).map_or(most, |fraction| fraction.min(most));
         }
@@ -79,7 +79,7 @@ impl Scene {
 }
 
 /// Displacement of additional rays, as a part of the coordinates of the start.
-const BESIDE: f64 = 1e-10;
+const RAY_OFFSET: f64 = 1e-10;
 
 /// Returns the hit of a ray. Through a corner or along an edge of triangles it can pass between them by
 /// rounding. Then the first hit of three rays close around it counts.
@@ -93,7 +93,7 @@ fn beside<T>(placed: &PlacedShape, ray: &Ray, meets: impl Fn(&Ray) -> Option<T>)
         return met;
     }
     let (first, second) = (along.any_orthonormal_vector(), along.cross(along.any_orthonormal_vector()));
-    let far = BESIDE * (1.0 + ray.origin.abs().max_element());
+    let far = RAY_OFFSET * (1.0 + ray.origin.abs().max_element());
     let around = [(1.0, 0.0), (-0.5, 0.75), (-0.5, -0.75)];
     around.iter().find_map(|(a, b)| meets(&Ray::new(ray.origin + far * (*a * first + *b * second), ray.dir)))
 }

@@ -3,14 +3,14 @@
 use glamx::DVec3;
 
 /// Maximum number of points of one contact.
-pub(super) const MOST: usize = 4;
+pub(super) const MAX_POINTS: usize = 4;
 
 /// Weight of depth relative to distance along the surface in the choice of points. A tilted box keeps the
 /// touching edge, and a lying one its corners.
 const DEPTH_WEIGHT: f64 = 10.0;
 
 /// Distance below which points are one, metres.
-pub(super) const SAME: f64 = 1e-5;
+pub(super) const MERGE_DISTANCE: f64 = 1e-5;
 
 /// Largest distance of points from the line between the outermost two at which they count as on it, metres.
 const LINE_WIDTH: f64 = 1e-5;
@@ -22,7 +22,7 @@ const LEAST_LINE: f64 = 1e-4;
 /// outermost in one direction, the one farthest from it, and those that add the most area on either side of
 /// their line. The direction is fixed to the axes, so that a resting contact keeps its points. If the points
 /// are on a line, the two ends are kept. Writes their indices.
-pub(super) fn reduce(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MOST]) -> usize {
+pub(super) fn reduce(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MAX_POINTS]) -> usize {
     let count = outermost(points, normal, kept);
     if count > 2
         && let Some(ends) = line_ends(points, &kept[..count])
@@ -65,12 +65,13 @@ pub(super) fn needs_middle(ends: [DVec3; 2]) -> bool {
 }
 
 /// Like [`reduce`], whether or not the points are on a line.
-fn outermost(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MOST]) -> usize {
+fn outermost(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MAX_POINTS]) -> usize {
     let mut count = 0;
     let known = |kept: &[usize], i: usize| {
-        kept.iter().any(|&k| k == i || points[k].0.distance_squared(points[i].0) < SAME * SAME)
+        kept.iter()
+            .any(|&k| k == i || points[k].0.distance_squared(points[i].0) < MERGE_DISTANCE * MERGE_DISTANCE)
     };
-    if points.len() <= MOST {
+    if points.len() <= MAX_POINTS {
         for i in 0..points.len() {
             if !known(&kept[..count], i) {
                 kept[count] = i;

@@ -16,7 +16,7 @@ use simd_model::setup::LinkPair as DescribedPair;
 
 use super::colliders::RobotColliders;
 use super::facets::Neighbours;
-use super::filter::{Groups, LinkPair, MOST_OWN_PAIRS};
+use super::filter::{Groups, LinkPair, MAX_OWN_PAIRS};
 use super::geometry::tree_of;
 use super::hull::Graph;
 use super::mesh::{COARSE_HULL, MadeMesh, is_field, mesh_shapes};
@@ -28,7 +28,7 @@ use crate::dynamics::contact_point::Surface;
 
 /// Maximum memory of one robot's meshes as triangles, bytes; hulls replace further meshes. A million
 /// triangles.
-const MOST_FACET_BYTES: u64 = 1_000_000 * TRIANGLE_BYTES;
+const MAX_FACET_BYTES: u64 = 1_000_000 * TRIANGLE_BYTES;
 
 /// Memory of a triangle of a mesh, bytes: its corners, its neighbours and its part of a tree.
 const TRIANGLE_BYTES: u64 = 300;
@@ -194,7 +194,7 @@ impl Shapes {
         }
         let tree = Tree::new(model, fixed_base);
         let mut colliders = RobotColliders::new(&tree, self, Surface::default());
-        if colliders.most_own_pairs() > MOST_OWN_PAIRS {
+        if colliders.most_own_pairs() > MAX_OWN_PAIRS {
             return Vec::new();
         }
         let mut groups = vec![Groups::default(); model.links.len()];
@@ -338,12 +338,12 @@ struct TriangleBytes {
 impl TriangleBytes {
     fn exceeds_facets(&mut self, bytes: u64) -> bool {
         self.facets = self.facets.saturating_add(bytes);
-        self.facets > MOST_FACET_BYTES
+        self.facets > MAX_FACET_BYTES
     }
 
     fn exceeds_measured(&mut self, bytes: u64) -> bool {
         self.measured = self.measured.saturating_add(bytes);
-        self.measured > MOST_FACET_BYTES
+        self.measured > MAX_FACET_BYTES
     }
 }
 

@@ -5,13 +5,13 @@ use glamx::DVec3;
 use rapier3d_f64::parry::transformation::try_convex_hull;
 use simd_model::extremes;
 
-/// Largest distance of corners outside of the simpler hull's faces, if [`MOST`] corners are enough for it. It
+/// Largest distance of corners outside of the simpler hull's faces, if [`MAX_POINTS`] corners are enough for it. It
 /// is a part of half the longest side of their box.
 pub(super) const TOLERANCE: f64 = 5e-3;
 
 /// Maximum number of corners of a simpler hull. A ball of 30,000 corners is within two and a half times
 /// [`TOLERANCE`] with this number.
-const MOST: usize = 512;
+const MAX_POINTS: usize = 512;
 
 /// Number of initial directions whose extreme corners are taken.
 const FIRST: usize = 32;
@@ -55,13 +55,13 @@ pub(super) fn simplified(points: &[DVec3]) -> (Vec<DVec3>, f64) {
             height > 0.0
         });
         beyond.retain(|(height, _)| *height > tolerance);
-        if beyond.is_empty() || kept.len() >= MOST {
+        if beyond.is_empty() || kept.len() >= MAX_POINTS {
             let error = farthest_outside(points, &planes);
             return (kept, error);
         }
         beyond.sort_by(|a, b| b.0.total_cmp(&a.0));
         // Not all at once: one may cover the next.
-        let some = (kept.len() / 2).min(MOST - kept.len()).max(1);
+        let some = (kept.len() / 2).min(MAX_POINTS - kept.len()).max(1);
         kept.extend(beyond.into_iter().take(some).map(|(_, point)| point));
     }
 }
@@ -143,7 +143,7 @@ mod tests {
         for count in [2_000, 30_000] {
             let points = ball(count, 0.016);
             let (kept, said) = simplified(&points);
-            assert!(kept.len() <= MOST && kept.len() > 100, "{}", kept.len());
+            assert!(kept.len() <= MAX_POINTS && kept.len() > 100, "{}", kept.len());
             assert!((said - error(&points, &kept)).abs() < 1e-15 && said < 2.5 * TOLERANCE * 0.016, "{said}");
             assert!(kept.iter().all(|corner| points.contains(corner)));
         }

@@ -6,8 +6,8 @@
 
 use glamx::{DPose3, DVec3};
 
-use super::facet_contact::{FacetPoint, MOST_OF_PAIR, SAME_DIRECTION};
-use super::reduce::{MOST, SAME, reduce};
+use super::facet_contact::{FacetPoint, MAX_PAIR_POINTS, SAME_DIRECTION};
+use super::reduce::{MAX_POINTS, MERGE_DISTANCE, reduce};
 use super::triangle_pair::{crossing, near_points, normal};
 use super::triangle_tree::{TreeScratch, TriangleTree};
 
@@ -15,7 +15,7 @@ use super::triangle_tree::{TreeScratch, TriangleTree};
 pub(super) const SHELL: f64 = 5e-4;
 
 /// Pairs of near points of two surfaces that are looked at. Surfaces that lie flat on each other may have more: then the first ones count.
-const MOST_NEAR: usize = 512;
+const MAX_NEAR_PAIRS: usize = 512;
 
 /// Near points are a contact if neither has a nearer one on the other surface, but for this part of their distance.
 const NEARER: f64 = 0.05;
@@ -78,15 +78,15 @@ impl SurfaceContact {
         TriangleTree::visit_pairs(trees, a_from_b, scratch, limit, |one, other| {
             near_points(one, other, limit, |[on_a, on_b], distance| {
                 let is_known = |known: &FacetPoint| {
-                    known.on_surface.distance_squared(on_a) < SAME * SAME
-                        && known.on_shape.distance_squared(on_b) < SAME * SAME
+                    known.on_surface.distance_squared(on_a) < MERGE_DISTANCE * MERGE_DISTANCE
+                        && known.on_shape.distance_squared(on_b) < MERGE_DISTANCE * MERGE_DISTANCE
                 };
-                if distance > CROSSING && near.len() < MOST_NEAR && !near.iter().any(is_known) {
+                if distance > CROSSING && near.len() < MAX_NEAR_PAIRS && !near.iter().any(is_known) {
                     let normal = (on_b - on_a) / distance;
                     near.push(FacetPoint { on_surface: on_a, on_shape: on_b, normal, distance });
                 }
             });
-            if lines.len() < MOST_NEAR
+            if lines.len() < MAX_NEAR_PAIRS
                 && let Some([p, q]) = crossing(one, other)
             {
                 // With the part of the first surface that is inside of the second one on its left.
@@ -119,10 +119,10 @@ impl SurfaceContact {
         Some(&self.kept)
     }
 
-    /// Keeps at most [`MOST`] points of each direction.
+    /// Keeps at most [`MAX_POINTS`] points of each direction.
     fn reduce(&mut self) {
         let Self { near, group, places, kept, .. } = self;
-        while kept.len() <= MOST_OF_PAIR - MOST {
+        while kept.len() <= MAX_PAIR_POINTS - MAX_POINTS {
             let deepest = near.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
             let Some(&FacetPoint { normal, .. }) = deepest else { return };
             group.clear();
@@ -133,7 +133,7 @@ impl SurfaceContact {
                     places.push((point.on_surface, point.distance));
                 }
             }
-            let mut chosen = [0; MOST];
+            let mut chosen = [0; MAX_POINTS];
             let count = reduce(places, normal, &mut chosen);
             kept.extend(chosen[..count].iter().map(|&i| near[group[i]]));
             near.retain(|point| point.normal.dot(normal) < SAME_DIRECTION);

@@ -15,7 +15,7 @@ const FARTHEST: f64 = 1e4;
 
 /// Displacement of the ray that counts triangles, as a part of the coordinates: edges that meet above the
 /// centre would count as two.
-const ASIDE: f64 = 1e-6;
+const CENTRE_OFFSET: f64 = 1e-6;
 
 impl Shapes {
     /// Returns whether some shapes consist of triangles.
@@ -74,7 +74,7 @@ fn first(mesh: &TriMesh, from: DVec3, direction: DVec3) -> Option<(f64, DVec3)> 
 /// Returns whether a point is inside a closed mesh: an odd number of its triangles is above.
 fn is_inside(mesh: &TriMesh, point: DVec3, up: DVec3) -> bool {
     let (u, v) = up.any_orthonormal_pair();
-    let aside = (u * 0.83 + v * 0.55) * (ASIDE * (1.0 + point.abs().max_element()));
+    let aside = (u * 0.83 + v * 0.55) * (CENTRE_OFFSET * (1.0 + point.abs().max_element()));
     let ray = Ray::new(point + aside, up);
     let above = Cell::new(0_u32);
     // No hit ends the search: all that the ray meets are counted.

@@ -2,11 +2,11 @@
 
 pub(super) mod balance;
 mod body_state;
-mod fetch;
 mod leapfrog;
 mod mobility;
 pub(super) mod momenta;
 mod poses;
+mod prefetch;
 mod rows;
 mod saturation;
 mod soundness;
@@ -89,7 +89,7 @@ struct StepScratch {
     drift: Drift,
     velocity_terms: VelocityTerms,
     /// Resistance to turning of a single free body in addition to its own moment, base axes; zero before
-    /// [`Articulation::stiffen`] sets it.
+    /// [`Articulation::add_turning_resistance`] sets it.
     stiffening: Symmetric,
 }
 
@@ -202,7 +202,7 @@ impl Articulation {
             } else {
                 self.solve_rows();
             }
-            self.keep_rows();
+            self.store_impulses();
             if !self.saturate(h, round) {
                 break;
             }

@@ -14,13 +14,13 @@ pub(in crate::dynamics) use branches::dot;
 use branches::{Branches, subtract_multiple};
 
 /// Maximum number of nodes.
-pub const MOST_NODES: usize = 256;
+pub const MAX_NODES: usize = 256;
 
 /// Parent of a row without one.
 const ROOT: usize = usize::MAX;
 
 /// Set of nodes, one bit each.
-type Set = [u64; MOST_NODES / 64];
+type Set = [u64; MAX_NODES / 64];
 
 /// The matrix, then its factors, with memory that is reused.
 #[derive(Debug, Default)]

@@ -47,7 +47,7 @@ pub struct Surface {
     pub spinning_friction: f64,
     /// Stiffness of the spring at each contact point, N/m, in [`STIFFNESS`]; 0 is rigid.
     pub stiffness: f64,
-    /// Damping parallel to that spring, N s/m, at most [`MOST_DAMPING`].
+    /// Damping parallel to that spring, N s/m, at most [`MAX_DAMPING`].
     pub damping: f64,
 }
 
@@ -55,7 +55,7 @@ pub struct Surface {
 pub const STIFFNESS: RangeInclusive<f64> = 1e-3..=1e12;
 
 /// Maximum damping of a contact, N s/m.
-pub const MOST_DAMPING: f64 = 1e12;
+pub const MAX_DAMPING: f64 = 1e12;
 
 /// Look-ahead distance, as a multiple of a shape's path in a step at its present velocity: other events in
 /// the step may make it faster.
@@ -157,7 +157,7 @@ impl Surface {
         // Two of the softest in series are half as stiff.
         let can_be_stiff =
             stiffness == 0.0 || (STIFFNESS.start() / 2.0..=*STIFFNESS.end()).contains(&stiffness);
-        let is_soft = can_be_stiff && (0.0..=MOST_DAMPING).contains(&damping);
+        let is_soft = can_be_stiff && (0.0..=MAX_DAMPING).contains(&damping);
         if all && is_soft && (0.0..=1.0).contains(&restitution) {
             return Ok(());
         }

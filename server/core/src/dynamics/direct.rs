@@ -25,7 +25,7 @@ mod equations;
 mod newton;
 
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES, factorisation_cost};
+use crate::dynamics::block_cholesky::{BlockCholesky, MAX_NODES, factorisation_cost};
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::constraint::link_rows::LinkRows;
 use crate::dynamics::constraint::{Constraints, Row};
@@ -203,7 +203,7 @@ impl Direct {
         links: &[LinkRows],
     ) -> bool {
         self.is_solved = false;
-        if members.len() > MOST_NODES {
+        if members.len() > MAX_NODES {
             return false;
         }
         self.matrix.begin(members.iter().map(|member| member.len));

@@ -149,14 +149,14 @@ impl Island {
         self.stiffening.clear();
         self.find_stiffening(robots, h);
         for round in 0..MAX_ROUNDS {
-            self.stiffen(robots);
+            self.apply_stiffening(robots);
             self.gather(robots);
-            self.brake(robots);
+            self.brake_swinging(robots);
             if !(self.measure(robots, contacts, interrupt) && self.measure_links(robots, interrupt)) {
                 return IslandOutcome::Interrupted;
             }
             if round == 0 {
-                self.aim(robots, contacts, gravity, h);
+                self.set_targets(robots, contacts, gravity, h);
             } else {
                 let turning = self.turning.iter_mut().map(|turning| &mut turning.rows);
                 let links = self.links.iter_mut().map(|link| &mut link.rows);
@@ -216,22 +216,22 @@ impl Island {
             if member.is_touched {
                 body.note_contact();
             }
-            body.keep_rows();
+            body.store_impulses();
         }
         self.keep_links(robots, constraints);
         if has_split {
             let split = &self.split.velocities;
             self.velocities.iter_mut().zip(split).for_each(|(velocity, split)| *velocity += split);
-            self.foresee(robots, constraints, h);
+            self.store_predicted_errors(robots, constraints, h);
             self.finish_with_split_velocities(robots, gravity, h);
             return IslandOutcome::Solved;
         }
         let is_corrected = self.correct_positions();
-        self.foresee(robots, constraints, h);
+        self.store_predicted_errors(robots, constraints, h);
         for (robot, member) in robots.iter_mut().zip(&self.members) {
             let (body, own) = (robot.as_mut(), member.velocities());
             if member.is_seen_last {
-                body.fetch();
+                body.prefetch();
                 let new = if is_corrected { &self.before } else { &self.velocities };
                 body.new_velocities_mut().copy_from_slice(&new[own.clone()]);
                 if member.is_touched {

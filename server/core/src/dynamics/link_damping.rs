@@ -20,7 +20,7 @@ pub struct LinkDamping {
 
 impl LinkDamping {
     /// Maximum of both.
-    pub const MOST: f64 = 1e6;
+    pub const MAX: f64 = 1e6;
 
     /// Returns the force on a link, about its origin, in the axes of its motion. `rotation` turns the link's
     /// axes into those. In an Euler step of `h` seconds the force stops no more than the motion.

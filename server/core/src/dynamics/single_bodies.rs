@@ -25,7 +25,7 @@ use crate::dynamics::tree::SingleBody;
 const SIX: usize = 6;
 
 /// Number of lanes of the widest vectors.
-const MOST_LANES: usize = 8;
+const MAX_LANES: usize = 8;
 
 /// Minimum number of contacts; fewer would hardly fill the batches.
 const LEAST: usize = 32;
@@ -115,7 +115,7 @@ impl WithSimd for Sweeps<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> Option<bool> {
         let (width, given) = (S::F64_LANES, (&*self.rows, self.blocks));
         let SingleBodies { bodies, batches, numbers, loaded, .. } = &mut *self.memory;
-        if !(2..=MOST_LANES).contains(&width) || !batches.fill(self.rows, bodies.len(), width) {
+        if !(2..=MAX_LANES).contains(&width) || !batches.fill(self.rows, bodies.len(), width) {
             return None;
         }
         if bodies.iter().all(is_alike) && batches.load::<true>(given, bodies, width, numbers) {
@@ -267,7 +267,7 @@ fn solve<S: Simd, const ALIKE: bool>(
 #[inline(always)]
 #[allow(clippy::needless_range_loop, reason = "lane by lane")]
 fn gather<S: Simd>(own: &mut [Lanes<S>; SIX], sides: &[[usize; 2]], side: usize, velocities: &[f64]) {
-    let mut sixes = [&[0.0; SIX]; MOST_LANES];
+    let mut sixes = [&[0.0; SIX]; MAX_LANES];
     for lane in 0..S::F64_LANES {
         if let Some(six) = velocities[sides[lane][side]..].first_chunk() {
             sixes[lane] = six;

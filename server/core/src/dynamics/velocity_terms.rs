@@ -26,7 +26,7 @@ pub(super) const FAST: f64 = 0.1;
 
 /// Largest number of degrees of freedom for which the derivative is used. Its cost is cubic and its memory
 /// quadratic: with 64 it takes as long as sixty steps, with a thousand a quarter of a second.
-const MOST_FACTORISED: usize = 64;
+const MAX_FACTORISED_DOFS: usize = 64;
 
 /// Maximum number of iterations; five to ten are usual.
 const MAX_ITERATIONS: usize = 20;
@@ -42,7 +42,7 @@ const SETTLED: f64 = 1e-13;
 pub struct VelocityTerms {
     bodies: Vec<Moving>,
     /// 1 + h/2 M^-1 db/dv, factorised, row by row. It has the largest size that was needed, at most
-    /// [`MOST_FACTORISED`] squared.
+    /// [`MAX_FACTORISED_DOFS`] squared.
     matrix: Vec<f64>,
     pivots: Vec<usize>,
     /// Terms at the extrapolated velocities.
@@ -91,7 +91,7 @@ impl VelocityTerms {
     /// the terms at their mean. Needs kinematics, and IA, U and D of this step.
     ///
     /// An iteration costs O(n) for n degrees of freedom. If the matrix is needed and n is at most
-    /// [`MOST_FACTORISED`], it costs O(n^2) and its factors O(n^3). Above that, only iteration is used. If it
+    /// [`MAX_FACTORISED_DOFS`], it costs O(n^2) and its factors O(n^3). Above that, only iteration is used. If it
     /// does not converge, the terms stay at `qd`.
     pub fn solve(
         &mut self,
@@ -132,7 +132,7 @@ impl VelocityTerms {
                 break;
             }
             if !is_factorised && change > CONTRACTS * before {
-                if n <= MOST_FACTORISED {
+                if n <= MAX_FACTORISED_DOFS {
                     self.factorise(tree, q, qd, h, scratch);
                     is_factorised = true;
                 } else if change >= before {

@@ -52,13 +52,13 @@ use variations::VariationPlan;
 use crate::simulation::{Error, PublishedState, Saved, Simulation};
 
 /// Maximum number of copies of a rollout.
-pub const MOST_COPIES: usize = 65_536;
+pub const MAX_COPIES: usize = 65_536;
 
 /// Maximum number of steps of a copy.
-pub const MOST_STEPS: u64 = 1_000_000;
+pub const MAX_STEPS: u64 = 1_000_000;
 
 /// Maximum number of entries of each list of a request.
-const MOST_ENTRIES: usize = 256;
+const MAX_ENTRIES: usize = 256;
 
 /// Number of copies that are advanced together.
 const BATCH: usize = 8;
@@ -158,8 +158,8 @@ impl Rollout {
                 return Err(refuse(field, value, "it must be at least 1"));
             }
         }
-        at_most("the number of copies", copies as u64, MOST_COPIES as u64)?;
-        at_most("the number of steps", steps, MOST_STEPS)?;
+        at_most("the number of copies", copies as u64, MAX_COPIES as u64)?;
+        at_most("the number of steps", steps, MAX_STEPS)?;
         for (what, count) in [
             ("starts", starts.len()),
             ("variations", variations.len()),
@@ -167,7 +167,7 @@ impl Rollout {
             ("quantities", quantities.len()),
             ("costs", costs.len()),
         ] {
-            at_most(&format!("the number of {what}"), count as u64, MOST_ENTRIES as u64)?;
+            at_most(&format!("the number of {what}"), count as u64, MAX_ENTRIES as u64)?;
         }
         let world = Simulation::copy_of(&start);
         let mut state = PublishedState::default();

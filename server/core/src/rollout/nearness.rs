@@ -9,7 +9,7 @@ use crate::simulation::published_state::WorldLayout;
 use crate::simulation::queries::{DistanceQuery, QueryBody, QuerySide};
 
 /// Maximum number of pairs of boxes that are compared before shapes; with more it saves no time.
-const MOST_PAIRS: usize = 64;
+const MAX_PAIRS: usize = 64;
 
 /// Margin below which a pair is measured exactly, metres: far above rounding.
 const ROUNDING: f64 = 1e-6;
@@ -39,8 +39,8 @@ impl Nearness {
         let others = (0..layout.entities.len()).filter(|robot| *robot != own.0).map(|robot| (robot, None));
         let others = other.map_or_else(|| others.collect(), |other| vec![other]);
         let mut boxes: [Vec<_>; 2] =
-            [boxes_of(own).collect(), others.into_iter().flat_map(boxes_of).take(MOST_PAIRS + 1).collect()];
-        if boxes[0].len() * boxes[1].len() > MOST_PAIRS {
+            [boxes_of(own).collect(), others.into_iter().flat_map(boxes_of).take(MAX_PAIRS + 1).collect()];
+        if boxes[0].len() * boxes[1].len() > MAX_PAIRS {
             boxes = Default::default();
         }
         let query =

@@ -187,7 +187,7 @@ fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
         "has impulses",
         impulses
             .iter()
-            .chain(motion.iter().flatten().flat_map(|of| [&of.foreseen, &of.bent]))
+            .chain(motion.iter().flatten().flat_map(|of| [&of.predicted, &of.bent]))
             .flatten()
             .copied(),
     )?;

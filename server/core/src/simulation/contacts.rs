@@ -23,7 +23,7 @@ use crate::pool::{Interrupt, PIECES, Pool};
 const WORTH_THREADS: usize = 256;
 
 /// Number of pairs that are prefetched at once. The first robot of a pair mostly is the previous pair's.
-const FETCHED: usize = 8;
+const PREFETCHED: usize = 8;
 
 /// Contacts of a world, in the order of their robots and colliders.
 #[derive(Debug, Default)]
@@ -290,8 +290,11 @@ impl Search {
         let mut known = known.iter_mut().peekable();
         let mut previous = PreviousContacts::new(before, begins);
         for (index, &pair) in pairs.iter().enumerate() {
-            if index % FETCHED == 0 {
-                pairs[index..].iter().take(FETCHED).for_each(|&[_, second]| robots[second].colliders.fetch());
+            if index % PREFETCHED == 0 {
+                pairs[index..]
+                    .iter()
+                    .take(PREFETCHED)
+                    .for_each(|&[_, second]| robots[second].colliders.prefetch());
             }
             if interrupt() {
                 return false;

@@ -179,10 +179,10 @@ impl Entity {
         self.state.fixed_base
     }
 
-    /// Reads the data that a step needs, and discards them: see [`Articulation::fetch`].
-    pub(super) fn fetch(&self) {
-        self.body.fetch();
-        self.colliders.fetch();
+    /// Reads the data that a step needs, and discards them: see [`Articulation::prefetch`].
+    pub(super) fn prefetch(&self) {
+        self.body.prefetch();
+        self.colliders.prefetch();
         black_box(self.state.applied_wrenches.first().map(|wrench| wrench.link));
     }
 

@@ -23,10 +23,10 @@ pub(super) const DEFAULT_PULL_ACCELERATION: f64 = 60.0;
 /// the step.
 const STIFFEST: f64 = 0.25;
 /// Strongest damper, as h c / m, that a step can follow.
-const MOST_DAMPED: f64 = 0.5;
+const MAX_DAMPING_RATIO: f64 = 0.5;
 /// Maximum number of pulls on the links of one robot. Each new pull divides what a step can follow among all
 /// of them.
-pub(super) const MOST_PULLS: usize = 8;
+pub(super) const MAX_PULLS: usize = 8;
 /// Smallest mobility along the pull, as a part of the sum over all axes.
 const LEAST_MOBILITY: f64 = 1e-3;
 
@@ -70,7 +70,7 @@ impl ActivePull {
             // Those on one body add up.
             let share = 1.0 / pulls.max(1) as f64;
             self.stiffness = self.stiffness.min(share * STIFFEST / (h * h * sum));
-            self.damping = self.damping.min(share * MOST_DAMPED / (h * sum));
+            self.damping = self.damping.min(share * MAX_DAMPING_RATIO / (h * sum));
         }
     }
 
@@ -103,7 +103,7 @@ pub(super) fn spring(stiffness: f64, way: DVec3, mobility: &DMat3, h: f64) -> Op
     };
     let mass = 1.0 / along.max(LEAST_MOBILITY * sum);
     let stiffness = stiffness.min(STIFFEST / (h * h * sum));
-    let damping = (2.0 * (stiffness * mass).sqrt()).min(MOST_DAMPED / (h * sum));
+    let damping = (2.0 * (stiffness * mass).sqrt()).min(MAX_DAMPING_RATIO / (h * sum));
     (stiffness.is_finite() && damping.is_finite()).then_some((stiffness, damping))
 }
 

@@ -9,7 +9,7 @@ use super::check;
 use super::error::Error;
 use super::published_state::PublishedState;
 use super::rays::{RayReport, weigh};
-use crate::collision::distance::{Closest, DistanceFilter, MOST_DISTANCES, TooMany, closest_points};
+use crate::collision::distance::{Closest, DistanceFilter, MAX_DISTANCES, TooMany, closest_points};
 use crate::collision::filter::{Filter, is_joined};
 use crate::collision::scene::{NO_ROBOT, PlacedShape, QueryShape, Scene, link_bounds, posed_shapes};
 use crate::dynamics::Configuration;
@@ -207,7 +207,7 @@ impl PublishedState {
         let wanted = DistanceFilter { within: *within, nearest_only: *nearest_only };
         let found = closest_points([&first, &second], wanted, is_wanted, is_cancelled);
         found.map_err(|TooMany(value, limit)| Error::LimitExceeded {
-            what: if limit == MOST_DISTANCES {
+            what: if limit == MAX_DISTANCES {
                 "the number of pairs of shapes of one query that are near each other (a smaller `max_distance` leaves some out, and \
                  so do links instead of robots)"
                     .into()

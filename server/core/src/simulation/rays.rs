@@ -8,10 +8,10 @@ use super::published_state::PublishedState;
 use crate::collision::scene::PlacedShape;
 
 /// Maximum number of rays in one request.
-pub const MOST_RAYS: usize = 20_000;
+pub const MAX_RAYS: usize = 20_000;
 
 /// Maximum size of an answer, bytes: with its envelope it fits a message of 4 MiB.
-const MOST_BYTES: usize = 4_000_000;
+const MAX_BYTES: usize = 4_000_000;
 
 /// Size of a hit in a message without its names, bytes: eight numbers, and their encoding.
 const HIT_BYTES: usize = 90;
@@ -31,17 +31,17 @@ pub struct RayReport {
     pub fraction: f64,
 }
 
-/// Checks that there are at most [`MOST_RAYS`], and that the ends of each are within
+/// Checks that there are at most [`MAX_RAYS`], and that the ends of each are within
 /// [`simd_model::LARGEST_GIVEN`].
 ///
 /// # Errors
 /// Returns an error if one of the two fails.
 pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
-    if rays.len() > MOST_RAYS {
+    if rays.len() > MAX_RAYS {
         return Err(Error::LimitExceeded {
             what: "the number of rays of one query".into(),
             value: rays.len() as u64,
-            limit: MOST_RAYS as u64,
+            limit: MAX_RAYS as u64,
         });
     }
     for (index, ray) in rays.iter().enumerate() {
@@ -59,13 +59,13 @@ pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
 /// Returns an error if the answer exceeds the maximum size of a message.
 pub(super) fn weigh(bytes: &mut usize, entry: usize) -> Result<(), Error> {
     *bytes += entry;
-    if *bytes <= MOST_BYTES {
+    if *bytes <= MAX_BYTES {
         return Ok(());
     }
     Err(Error::LimitExceeded {
         what: "the size of the answer in bytes, with the names of all its links,".into(),
         value: *bytes as u64,
-        limit: MOST_BYTES as u64,
+        limit: MAX_BYTES as u64,
     })
 }
 

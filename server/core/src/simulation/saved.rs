@@ -56,7 +56,7 @@ pub struct SavedStateInfo {
 
 /// Maximum number of steps of a world, so that counting from there does not overflow: half a million years of
 /// milliseconds would not reach it.
-const MOST_STEPS: u64 = 1 << 53;
+const MAX_STEPS: u64 = 1 << 53;
 
 impl PartialEq for Saved {
     fn eq(&self, other: &Self) -> bool {
@@ -185,7 +185,7 @@ impl Saved {
 fn check_world(state: &WorldState) -> Result<(), String> {
     let WorldState { step, sim_time, time_base, settings, .. } = *state;
     let PhysicsSettings { gravity, time_step, substeps, .. } = settings;
-    if step > MOST_STEPS || time_base.0 > step {
+    if step > MAX_STEPS || time_base.0 > step {
         return Err(format!("it is at step {step}, with time counted from step {}", time_base.0));
     }
     sizes("the time has numbers", [sim_time, time_base.1])?;
@@ -292,7 +292,7 @@ fn check_damping(links: usize, damping: &[LinkDamping]) -> Result<(), String> {
     if !damping.is_empty() && damping.len() != links {
         return Err(format!("damping of {} links, where its model has {links}", damping.len()));
     }
-    let is_sound = |value: f64| (0.0..=LinkDamping::MOST).contains(&value);
+    let is_sound = |value: f64| (0.0..=LinkDamping::MAX).contains(&value);
     let all = damping.iter().all(|damping| is_sound(damping.linear) && is_sound(damping.angular));
     if all { Ok(()) } else { Err("damping of a link that is negative or too large".into()) }
 }

@@ -11,7 +11,7 @@ use crate::collision::scene::link_bounds;
 const TOUCHES: f64 = 1e-3;
 
 /// Distance of a free place from others, metres.
-const BESIDE: f64 = 0.1;
+const FREE_PLACE_GAP: f64 = 0.1;
 
 /// Two overlapping links of different robots, of which one can move.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl PublishedState {
             (!is_floor).then_some(most.x)
         });
         let end = ends.fold(f64::NEG_INFINITY, f64::max);
-        end.is_finite().then(|| end + BESIDE - own[0].x)
+        end.is_finite().then(|| end + FREE_PLACE_GAP - own[0].x)
     }
 
     /// Returns the box around all shapes of a robot except planes, along the world's axes.

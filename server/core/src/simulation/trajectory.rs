@@ -20,7 +20,7 @@ pub const MAX_TRAJECTORY_JOINTS: usize = 1_000;
 /// Maximum number of values of one trajectory.
 pub const MAX_NUMBERS: usize = 1_000_000;
 /// Maximum identifier of trajectories in a saved state, so that counting from there does not overflow.
-const MOST_IDS: u64 = 1 << 53;
+const MAX_ID: u64 = 1 << 53;
 /// Maximum time of a trajectory, seconds.
 pub const MAX_TIME: f64 = 1e6;
 
@@ -285,7 +285,7 @@ impl ActiveTrajectory {
     pub(super) fn check(&self, joints: usize) -> Result<(), String> {
         let Self { id, joints: own, points, begin, elapsed, next, goal_time_tolerance, ended: _ } = self;
         check_points(points, own.len()).map_err(|(what, _)| format!("a trajectory in which {what}"))?;
-        if *id > MOST_IDS {
+        if *id > MAX_ID {
             return Err(format!("a trajectory of the number {id}"));
         }
         let mut known: Vec<usize> = own.iter().map(|joint| joint.joint).collect();

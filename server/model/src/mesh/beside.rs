@@ -123,8 +123,8 @@ impl Beside {
     }
 
     fn note(&mut self, note: String) {
-        const MOST: usize = 16;
-        if self.notes.len() < MOST {
+        const MAX: usize = 16;
+        if self.notes.len() < MAX {
             self.notes.push(note);
         }
     }
@@ -258,9 +258,9 @@ fn find(bytes: &[u8], word: &[u8]) -> Option<usize> {
 /// Returns a name as a path from the folder of the naming file. If it is a path of another machine, only its
 /// last part can exist.
 pub(super) fn relative(name: &str) -> Option<String> {
-    const MOST: usize = 512;
+    const MAX: usize = 512;
     let name = name.trim();
-    if name.is_empty() || name.len() > MOST || name.contains('\0') {
+    if name.is_empty() || name.len() > MAX || name.contains('\0') {
         return None;
     }
     let mut path = Cow::Borrowed(name);

@@ -213,6 +213,6 @@ impl Fan {
 
 /// Returns a texture coordinate that can be drawn.
 pub(super) fn texture_coordinate(value: f64) -> f32 {
-    const MOST: f64 = 1e6;
-    if value.is_finite() { value.clamp(-MOST, MOST) as f32 } else { 0.0 }
+    const MAX: f64 = 1e6;
+    if value.is_finite() { value.clamp(-MAX, MAX) as f32 } else { 0.0 }
 }

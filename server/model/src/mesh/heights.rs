@@ -62,8 +62,8 @@ pub(super) fn text(bytes: &[u8]) -> Result<Content, String> {
         let before = heights.len();
         let is_between = |byte: &u8| matches!(byte, b',' | b';') || byte.is_ascii_whitespace();
         for word in line.split(is_between).filter(|word| !word.is_empty()) {
-            if heights.len() >= MOST_SAMPLES {
-                return Err(format!("it has more than {MOST_SAMPLES} samples"));
+            if heights.len() >= MAX_SAMPLES {
+                return Err(format!("it has more than {MAX_SAMPLES} samples"));
             }
             let word = String::from_utf8_lossy(word.get(..100).unwrap_or(word));
             let height = word.parse::<f64>().ok().filter(|height| height.is_finite());
@@ -83,15 +83,15 @@ pub(super) fn text(bytes: &[u8]) -> Result<Content, String> {
 }
 
 /// Number of samples that give about the maximum number of triangles.
-const MOST_SAMPLES: usize = limits::MESH_TRIANGLES / 2;
+const MAX_SAMPLES: usize = limits::MESH_TRIANGLES / 2;
 
 /// Returns a grid of at least two by two samples, within the limit.
 fn grid(rows: usize, columns: usize) -> Result<Grid, String> {
     if rows < 2 || columns < 2 {
         return Err(format!("it has {rows} rows of {columns} samples; a height field has at least 2 by 2"));
     }
-    if rows.checked_mul(columns).is_none_or(|samples| samples > MOST_SAMPLES) {
-        return Err(format!("it has {rows} rows of {columns} samples; the limit is {MOST_SAMPLES} in all"));
+    if rows.checked_mul(columns).is_none_or(|samples| samples > MAX_SAMPLES) {
+        return Err(format!("it has {rows} rows of {columns} samples; the limit is {MAX_SAMPLES} in all"));
     }
     Ok(Grid { rows, columns })
 }
@@ -225,7 +225,7 @@ mod tests {
             let said = refused(text(given.as_bytes()));
             assert!(said.contains(phrase), "{given:?}: {said}");
         }
-        let many = "0 ".repeat(MOST_SAMPLES + 1);
+        let many = "0 ".repeat(MAX_SAMPLES + 1);
         assert_eq!(refused(text(many.as_bytes())), "it has more than 1000000 samples");
     }
 }

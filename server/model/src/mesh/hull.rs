@@ -9,7 +9,7 @@ use super::Triangles;
 use crate::limits;
 
 /// Maximum number of vertices for a hull: half a second and 700 MB at worst.
-pub(crate) const MOST: usize = 3_000;
+pub(crate) const MAX_VERTICES: usize = 3_000;
 
 /// Reason why there is no hull.
 #[derive(Debug)]
@@ -23,9 +23,10 @@ pub(crate) enum NoHull {
 /// Returns vertices and triangles of the hull.
 pub(crate) fn of_corners(corners: &[DVec3]) -> Result<Triangles, NoHull> {
     let count = corners.len();
-    if count > MOST {
-        let why =
-            format!("it has {count} corners and no face; the limit is {MOST}: their convex hull is computed");
+    if count > MAX_VERTICES {
+        let why = format!(
+            "it has {count} corners and no face; the limit is {MAX_VERTICES}: their convex hull is computed"
+        );
         return Err(NoHull::Corners(why));
     }
     let is_near = |corner: &DVec3| corner.abs().max_element() <= limits::MAGNITUDE;

@@ -77,16 +77,16 @@ pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
 
 /// Returns the format of a file: the extension of its name in lower case; empty if it has none.
 pub(crate) fn format(uri: &str) -> String {
-    const MOST: usize = 10;
+    const MAX: usize = 10;
     let file = uri.rsplit(['/', '\\']).next().unwrap_or(uri);
     let extension = file.rsplit_once('.').map(|(_, extension)| extension.trim_end());
-    extension.filter(|extension| extension.len() < MOST).unwrap_or_default().to_ascii_lowercase()
+    extension.filter(|extension| extension.len() < MAX).unwrap_or_default().to_ascii_lowercase()
 }
 
 /// Quotes a word of the file for an error, and shortens it.
 fn shown(word: &str) -> String {
-    const MOST: usize = 40;
-    match word.char_indices().nth(MOST) {
+    const MAX: usize = 40;
+    match word.char_indices().nth(MAX) {
         Some((end, _)) => format!("{:?}...", word.get(..end).unwrap_or_default()),
         None => format!("{word:?}"),
     }

@@ -16,7 +16,7 @@ use crate::translation::notes::Stop;
 /// Sections of an attached file that are not read.
 const LEFT_OUT: [&str; 7] = ["actuator", "equality", "contact", "sensor", "keyframe", "tendon", "deformable"];
 /// Nesting depth of bodies and frames in the search.
-const MOST_NESTED: usize = 100;
+const MAX_DEPTH: usize = 100;
 
 /// Files that may be attached, and their contents.
 #[derive(Default)]
@@ -161,7 +161,7 @@ impl<'a> Reader<'a> {
             let inside =
                 inside.into_iter().filter(|inner| matches!(inner.tag(), "body" | "frame" | "replicate"));
             let first = open.len();
-            open.extend(inside.filter(|_| depth < MOST_NESTED).map(|inner| (inner, depth + 1)));
+            open.extend(inside.filter(|_| depth < MAX_DEPTH).map(|inner| (inner, depth + 1)));
             // The last one is read next.
             open.get_mut(first..).unwrap_or_default().reverse();
         }

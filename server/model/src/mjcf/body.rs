@@ -52,7 +52,7 @@ pub(super) struct Inside<'s> {
 }
 
 /// Nesting depth of bodies.
-const MOST_NESTED: usize = 100;
+const MAX_DEPTH: usize = 100;
 
 impl Inside<'_> {
     pub(super) fn world() -> Self {
@@ -102,8 +102,8 @@ impl<'a> Reader<'a> {
         body: usize,
         inside: Inside<'_>,
     ) -> Result<(), Stop> {
-        if inside.depth > MOST_NESTED {
-            let message = format!("bodies are nested deeper than {MOST_NESTED} levels");
+        if inside.depth > MAX_DEPTH {
+            let message = format!("bodies are nested deeper than {MAX_DEPTH} levels");
             return Err(Stop::at(section, message));
         }
         for element in files::expanded(section, self.sources, self.file_indices)? {
@@ -150,8 +150,8 @@ impl<'a> Reader<'a> {
 
     fn body(&mut self, element: Element<'a>, parent: usize, inside: Inside<'_>) -> Result<(), Stop> {
         let index = self.bodies.len();
-        if index > crate::MOST_LINKS {
-            let message = format!("it has more than {} bodies", crate::MOST_LINKS);
+        if index > crate::MAX_LINKS {
+            let message = format!("it has more than {} bodies", crate::MAX_LINKS);
             return Err(Stop::at(element, message));
         }
         let pose = self

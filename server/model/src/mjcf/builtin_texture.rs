@@ -7,7 +7,7 @@ use crate::report::Disposition::Repaired;
 use crate::translation::notes::{Notes, Stop};
 
 /// Maximum pixels of a side; larger pictures are drawn with this size.
-const MOST_SIDE: usize = 1024;
+const MAX_SIDE: usize = 1024;
 
 type Rgb = [u8; 3];
 
@@ -36,12 +36,12 @@ pub(super) fn png(
     if !(wide >= 1.0 && high >= 1.0) {
         return Ok(None);
     }
-    let size = [wide, high].map(|side| (side as usize).min(MOST_SIDE));
-    if wide > MOST_SIDE as f64 || high > MOST_SIDE as f64 {
+    let size = [wide, high].map(|side| (side as usize).min(MAX_SIDE));
+    if wide > MAX_SIDE as f64 || high > MAX_SIDE as f64 {
         notes.info(
             texture.element,
             Repaired,
-            format!("it is drawn with at most {MOST_SIDE} pixels along a side"),
+            format!("it is drawn with at most {MAX_SIDE} pixels along a side"),
         );
     }
     made.spend(size[0] * size[1], texture.element)?;

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 /// Maximum number of joints between a joint and its leader.
-const MOST_BETWEEN: usize = 64;
+const MAX_BETWEEN: usize = 64;
 
 /// A length that is linear in the position of one joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +39,7 @@ impl Couplings {
     /// Returns a joint's position by its leader: the joint itself if it follows none.
     pub(super) fn leader(&self, joint: &str) -> Linear {
         let mut at = Linear { joint: joint.to_owned(), factor: 1.0, offset: 0.0 };
-        for _ in 0..MOST_BETWEEN {
+        for _ in 0..MAX_BETWEEN {
             let Some(next) = self.0.get(&at.joint) else { break };
             at = Linear {
                 joint: next.joint.clone(),

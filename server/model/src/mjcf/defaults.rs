@@ -8,9 +8,9 @@ use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
 /// Maximum number of classes in a file.
-const MOST: usize = 10_000;
+const MAX_CLASSES: usize = 10_000;
 /// Nesting depth of classes.
-const MOST_NESTED: usize = 100;
+const MAX_DEPTH: usize = 100;
 
 /// All classes. The first is the main one, from which all others inherit.
 #[derive(Default)]
@@ -58,9 +58,9 @@ impl<'a> Classes<'a> {
                     notes.warn(child, Ignored, "it has no class; left out");
                     continue;
                 };
-                if self.list.len() >= MOST || depth >= MOST_NESTED {
+                if self.list.len() >= MAX_CLASSES || depth >= MAX_DEPTH {
                     let message =
-                        format!("there are more than {MOST} classes, or deeper ones than {MOST_NESTED}");
+                        format!("there are more than {MAX_CLASSES} classes, or deeper ones than {MAX_DEPTH}");
                     return Err(Stop::at(child, message));
                 }
                 let index = self.list.len();
@@ -79,7 +79,7 @@ impl<'a> Classes<'a> {
         for element in sections.flat_map(|section| section.descendants()) {
             for attribute in ["class", "childclass"] {
                 let Some(name) = element.node.attribute(attribute) else { continue };
-                if self.find(name).is_none() && named.len() < MOST && named.insert(name) {
+                if self.find(name).is_none() && named.len() < MAX_CLASSES && named.insert(name) {
                     let message = format!("{attribute} {} is not defined; it is left out", quoted(name));
                     notes.warn(element, Ignored, message);
                 }

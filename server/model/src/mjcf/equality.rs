@@ -32,7 +32,7 @@ pub(super) struct End {
 }
 
 /// Maximum number of constraints in a file.
-const MOST: usize = 1024;
+const MAX_EQUALITIES: usize = 1024;
 
 pub(super) fn read<'a>(
     elements: &[Element<'a>],
@@ -46,8 +46,12 @@ pub(super) fn read<'a>(
             reader.notes.info(element, Ignored, "it is not active; left out");
             continue;
         }
-        if held.len() >= MOST {
-            reader.notes.warn(element, Ignored, format!("there are more than {MOST} equalities: left out"));
+        if held.len() >= MAX_EQUALITIES {
+            reader.notes.warn(
+                element,
+                Ignored,
+                format!("there are more than {MAX_EQUALITIES} equalities: left out"),
+            );
             break;
         }
         match element.tag() {

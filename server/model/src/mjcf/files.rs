@@ -13,7 +13,7 @@ use crate::translation::notes::Stop;
 use crate::translation::sources::{Source, Texts};
 
 /// Nesting depth of includes.
-const MOST_NESTED: usize = 50;
+const MAX_DEPTH: usize = 50;
 
 /// Indices of other files, by their names.
 #[derive(Default)]
@@ -119,8 +119,8 @@ pub(super) fn expanded<'a>(
         let Some(root) = root else {
             return Err(Stop::at(element, format!("the file {file:?} is not found")));
         };
-        if depth >= MOST_NESTED {
-            return Err(Stop::at(element, format!("includes are nested deeper than {MOST_NESTED} levels")));
+        if depth >= MAX_DEPTH {
+            return Err(Stop::at(element, format!("includes are nested deeper than {MAX_DEPTH} levels")));
         }
         let inside: Vec<Element<'a>> = root.elements().collect();
         open.extend(inside.into_iter().rev().map(|inner| (inner, depth + 1)));

@@ -31,11 +31,11 @@ pub(super) struct Made {
 }
 
 /// Maximum bytes of all files that one description makes.
-const MOST_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 /// Maximum of [`Made::spend`]: under two seconds.
-const MOST_WORK: usize = 80_000_000;
+const MAX_WORK: usize = 80_000_000;
 /// Maximum numbers of one attribute: three for each vertex.
-const MOST_NUMBERS: usize = 3 * limits::MESH_VERTICES;
+const MAX_NUMBERS: usize = 3 * limits::MESH_VERTICES;
 /// Folder of the files in the URDF, beside it.
 const FOLDER: &str = "mjcf_inline";
 /// Maximum bytes of a file's name, without its folder.
@@ -45,7 +45,7 @@ impl Made {
     /// Counts work for an element. Refuses a description that needs more than the maximum.
     pub(super) fn spend(&self, work: usize, at: Element) -> Result<(), Stop> {
         self.work.set(self.work.get().saturating_add(work));
-        if self.work.get() <= MOST_WORK {
+        if self.work.get() <= MAX_WORK {
             return Ok(());
         }
         let message = "the meshes so far are too large to compute masses and hulls of: give bodies an inertial, and meshes faces";
@@ -70,9 +70,9 @@ impl Made {
 
     fn keep(&mut self, at: Element, name: &str, extension: &str, bytes: Vec<u8>) -> Result<String, Stop> {
         self.bytes += bytes.len();
-        if self.bytes > MOST_BYTES {
+        if self.bytes > MAX_BYTES {
             let message = format!(
-                "meshes and textures without a file have more than {MOST_BYTES} bytes; give them one each"
+                "meshes and textures without a file have more than {MAX_BYTES} bytes; give them one each"
             );
             return Err(Stop::at(at, message));
         }
@@ -91,7 +91,7 @@ pub(super) fn obj(mesh: Element, made: &Made, notes: &mut Notes) -> Result<Optio
         return Err(Stop::at(mesh, format!("vertex has {} corners; a mesh has at least 4", corners.len())));
     }
     let Some(faces) = rows::<3>(mesh, "face")? else {
-        made.spend(mesh_inertia::of_hull(corners.len().min(hull::MOST)), mesh)?;
+        made.spend(mesh_inertia::of_hull(corners.len().min(hull::MAX_VERTICES)), mesh)?;
         return hull(mesh, &corners, notes);
     };
     let faces = indices(mesh, "face", &faces, corners.len())?;
@@ -129,7 +129,7 @@ fn hull(mesh: Element, corners: &[[f64; 3]], notes: &mut Notes) -> Result<Option
 /// Returns the numbers of an attribute, `N` per row. `None` if it is absent.
 fn rows<const N: usize>(mesh: Element, name: &str) -> Result<Option<Vec<[f64; N]>>, Stop> {
     let Some(text) = mesh.word(name) else { return Ok(None) };
-    let values = value::list(mesh, name, text, MOST_NUMBERS)?;
+    let values = value::list(mesh, name, text, MAX_NUMBERS)?;
     if !values.len().is_multiple_of(N) {
         return Err(Stop::at(
             mesh,

@@ -9,11 +9,11 @@ use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 
 /// Maximum number of keyframes in a file.
-const MOST: usize = 256;
+const MAX_KEYFRAMES: usize = 256;
 /// Maximum numbers of a keyframe.
-const MOST_NUMBERS: usize = 70_000;
+const MAX_NUMBERS: usize = 70_000;
 /// Maximum positions of all keyframes.
-const MOST_POSITIONS: usize = 65_536;
+const MAX_POSITIONS: usize = 65_536;
 
 /// Reads positions of joints with one axis; leaves out poses of free bodies and orientations of balls.
 pub(super) fn read(
@@ -22,13 +22,13 @@ pub(super) fn read(
     notes: &mut Notes,
 ) -> Result<Vec<DraftState>, Stop> {
     let mut states = Vec::new();
-    let mut left = MOST_POSITIONS;
+    let mut left = MAX_POSITIONS;
     for (index, element) in elements.iter().copied().enumerate() {
         if element.tag() != "key" {
             continue;
         }
-        if index >= MOST {
-            notes.warn(element, Ignored, format!("there are more than {MOST} keyframes: left out"));
+        if index >= MAX_KEYFRAMES {
+            notes.warn(element, Ignored, format!("there are more than {MAX_KEYFRAMES} keyframes: left out"));
             break;
         }
         let name = element.word("name").map_or_else(|| format!("key_{index}"), str::to_owned);
@@ -36,7 +36,7 @@ pub(super) fn read(
             notes.info(element, Ignored, "it has no qpos: left out");
             continue;
         };
-        let values = value::list(element, "qpos", text, MOST_NUMBERS)?;
+        let values = value::list(element, "qpos", text, MAX_NUMBERS)?;
         let mut positions = Vec::new();
         let mut at = 0;
         for body in bodies {
@@ -60,7 +60,7 @@ pub(super) fn read(
             notes.warn(
                 element,
                 Ignored,
-                format!("keyframes have more than {MOST_POSITIONS} positions: left out"),
+                format!("keyframes have more than {MAX_POSITIONS} positions: left out"),
             );
             break;
         }

@@ -57,7 +57,7 @@ pub(super) fn of_hull(corners: usize) -> usize {
 /// Returns whether its hull is computed from the farthest vertices in [`DIRECTIONS`] only, because it has too
 /// many.
 pub(super) fn is_reduced(mesh: &MeshAsset) -> bool {
-    mesh.vertices.len() > hull::MOST
+    mesh.vertices.len() > hull::MAX_VERTICES
 }
 
 /// Returns the largest distance of points from the planes of a hull's faces, for points picked evenly out of

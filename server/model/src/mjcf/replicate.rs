@@ -9,7 +9,7 @@ use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 
 /// Maximum number of elements in all copies: a few lines can ask for any number.
-const MOST_ELEMENTS: usize = 500_000;
+const MAX_ELEMENTS: usize = 500_000;
 
 impl<'a> Reader<'a> {
     /// Reads the content as many times as requested.
@@ -54,8 +54,8 @@ impl<'a> Reader<'a> {
 
     pub(super) fn count_element(&mut self, element: Element<'a>) -> Result<(), Stop> {
         self.replicated += 1;
-        if self.replicated > MOST_ELEMENTS {
-            return Err(Stop::at(element, format!("its copies have more than {MOST_ELEMENTS} elements")));
+        if self.replicated > MAX_ELEMENTS {
+            return Err(Stop::at(element, format!("its copies have more than {MAX_ELEMENTS} elements")));
         }
         Ok(())
     }

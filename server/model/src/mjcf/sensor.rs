@@ -12,7 +12,7 @@ use crate::translation::notes::Notes;
 use crate::urdf::findings::quoted;
 
 /// Maximum number of sensors in a file.
-const MOST: usize = 4096;
+const MAX_SENSORS: usize = 4096;
 
 /// Place of a sensor.
 enum Mount {
@@ -36,8 +36,12 @@ pub(super) fn read<'a>(elements: &[Element<'a>], reader: &mut Reader<'a>) -> Vec
     // Index in the list, by kind and place.
     let mut known: BTreeMap<(&'static str, &str, &str), usize> = BTreeMap::new();
     for element in elements.iter().copied() {
-        if measured.len() >= MOST {
-            reader.notes.warn(element, Ignored, format!("there are more than {MOST} sensors: left out"));
+        if measured.len() >= MAX_SENSORS {
+            reader.notes.warn(
+                element,
+                Ignored,
+                format!("there are more than {MAX_SENSORS} sensors: left out"),
+            );
             break;
         }
         let Some(Target { kind, object, name: target }) = target(element, &mut reader.notes) else {

@@ -18,9 +18,9 @@ use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
 
 /// Maximum number of joints of a tendon.
-const MOST_JOINTS: usize = 100;
+const MAX_JOINTS: usize = 100;
 /// Maximum number of tendons in a file.
-const MOST: usize = 1024;
+const MAX: usize = 1024;
 
 /// Fixed tendons by name.
 #[derive(Clone, Debug, Default)]
@@ -48,8 +48,8 @@ impl Tendons {
 /// Reads the joints of fixed tendons.
 pub(super) fn read(elements: &[Element], joints: &mut Joints, notes: &mut Notes) -> Result<(), Stop> {
     for element in elements.iter().copied().filter(|element| element.tag() == "fixed") {
-        if joints.tendons.0.len() >= MOST {
-            notes.warn(element, Ignored, format!("there are more than {MOST} tendons: left out"));
+        if joints.tendons.0.len() >= MAX {
+            notes.warn(element, Ignored, format!("there are more than {MAX} tendons: left out"));
             break;
         }
         let mut tendon = Tendon::default();
@@ -65,8 +65,8 @@ pub(super) fn read(elements: &[Element], joints: &mut Joints, notes: &mut Notes)
                 notes.warn(child, Ignored, "ball joints have no tendons: the tendon is without it");
                 continue;
             }
-            if tendon.terms.len() >= MOST_JOINTS {
-                let message = format!("a tendon has at most {MOST_JOINTS} joints: the tendon is without it");
+            if tendon.terms.len() >= MAX_JOINTS {
+                let message = format!("a tendon has at most {MAX_JOINTS} joints: the tendon is without it");
                 notes.warn(child, Ignored, message);
                 break;
             }
@@ -240,8 +240,8 @@ impl Properties {
 
 /// Returns the names of the joints of a sum, for a report.
 pub(super) fn names(terms: &[(String, f64)]) -> String {
-    const MOST: usize = 8;
-    let named: Vec<String> = terms.iter().take(MOST).map(|(name, _)| quoted(name)).collect();
-    let more = if terms.len() > MOST { ", ..." } else { "" };
+    const MAX: usize = 8;
+    let named: Vec<String> = terms.iter().take(MAX).map(|(name, _)| quoted(name)).collect();
+    let more = if terms.len() > MAX { ", ..." } else { "" };
     format!("{}{more}", named.join(", "))
 }

@@ -134,8 +134,8 @@ impl<'a> Reader<'a> {
                 shapes +=
                     draft.links.iter().map(|link| link.visuals.len() + link.collisions.len()).sum::<usize>();
                 // The reader of URDF checks the limits of each robot; here the text of all robots is bounded.
-                if links > crate::MOST_LINKS || shapes > self.limits.shapes.max(crate::MOST_LINKS) {
-                    let (most, shapes) = (crate::MOST_LINKS, self.limits.shapes.max(crate::MOST_LINKS));
+                if links > crate::MAX_LINKS || shapes > self.limits.shapes.max(crate::MAX_LINKS) {
+                    let (most, shapes) = (crate::MAX_LINKS, self.limits.shapes.max(crate::MAX_LINKS));
                     let message =
                         format!("all its models together have more than {most} links or {shapes} shapes");
                     return Err(Stop::of_file(None, None, message));

@@ -91,7 +91,7 @@ impl Nested {
 }
 
 /// Nesting depth of models.
-const MOST_NESTED: usize = 20;
+const MAX_DEPTH: usize = 20;
 
 const KNOWN: [&str; 14] = [
     "pose",
@@ -156,8 +156,8 @@ fn include_name(include: Element) -> String {
 impl<'a> Reader<'a> {
     /// Reads a `<model>` at a nesting depth.
     pub(super) fn model(&mut self, element: Element<'a>, depth: usize) -> Result<(Model, Placement), Stop> {
-        if depth > MOST_NESTED {
-            let message = format!("models are nested deeper than {MOST_NESTED} levels");
+        if depth > MAX_DEPTH {
+            let message = format!("models are nested deeper than {MAX_DEPTH} levels");
             return Err(Stop::at(element, message));
         }
         self.spend(element)?;
@@ -284,8 +284,8 @@ impl<'a> Reader<'a> {
             read.sensors = sensor::read(child, &pose, &mut frames, &mut self.notes);
             model.links.push((read, pose));
             self.links += 1;
-            if self.links > crate::MOST_LINKS {
-                let message = format!("all its models together have more than {} links", crate::MOST_LINKS);
+            if self.links > crate::MAX_LINKS {
+                let message = format!("all its models together have more than {} links", crate::MAX_LINKS);
                 return Err(Stop::at(element, message));
             }
         }
@@ -347,8 +347,8 @@ impl<'a> Reader<'a> {
             }
             model.self_collide |= inner.self_collide;
             model.stays_awake |= inner.stays_awake;
-            if model.links.len() > crate::MOST_LINKS {
-                let message = format!("the model has more than {} links", crate::MOST_LINKS);
+            if model.links.len() > crate::MAX_LINKS {
+                let message = format!("the model has more than {} links", crate::MAX_LINKS);
                 return Err(Stop::at(element, message));
             }
             if inner.is_static && !model.is_static {

@@ -11,10 +11,10 @@ use crate::translation::notes::{Notes, Stop};
 use crate::translation::write::escaped;
 
 /// Maximum number of elements of a sensor.
-const MOST: usize = 300;
+const MAX_ELEMENTS: usize = 300;
 
 /// Nesting depth of elements.
-const MOST_NESTED: usize = 12;
+const MAX_DEPTH: usize = 12;
 
 /// Reads the sensors in a link or a joint, whose frame is `model_from_holder`.
 pub(super) fn read(
@@ -63,7 +63,7 @@ fn pose(
 
 /// Writes an element and its children, within the limits.
 fn write(element: Element, depth: usize, lines: &mut Vec<((usize, u32), usize, String)>) {
-    if depth > MOST_NESTED || lines.len() >= MOST {
+    if depth > MAX_DEPTH || lines.len() >= MAX_ELEMENTS {
         return;
     }
     let at = (element.file, element.line());

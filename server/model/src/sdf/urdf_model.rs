@@ -49,8 +49,8 @@ impl<'a> Reader<'a> {
             .map_err(|refused| Stop::at(include, format!("{}: {}", quoted(uri), refused.message)))?;
         self.take_report(uri, &read, report);
         self.links += read.links.len();
-        if self.links > crate::MOST_LINKS {
-            let message = format!("all its models together have more than {} links", crate::MOST_LINKS);
+        if self.links > crate::MAX_LINKS {
+            let message = format!("all its models together have more than {} links", crate::MAX_LINKS);
             return Err(Stop::at(include, message));
         }
         let at = (robot.file, robot.line());

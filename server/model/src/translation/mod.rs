@@ -79,8 +79,8 @@ impl Format {
     /// Returns the format of a file by its beginning; the cost does not grow with the file.
     pub fn of(bytes: &[u8]) -> Self {
         /// Comments may precede roots, including licences.
-        const MOST: usize = 64 << 10;
-        let head: Vec<u8> = bytes.iter().take(MOST).copied().filter(|byte| *byte != 0).collect();
+        const MAX: usize = 64 << 10;
+        let head: Vec<u8> = bytes.iter().take(MAX).copied().filter(|byte| *byte != 0).collect();
         let head = String::from_utf8_lossy(&head);
         let mut rest: &str = &head;
         while let Some(open) = rest.find('<') {

@@ -14,7 +14,7 @@ use crate::urdf::prescan::{check_counts, check_depth, parse_xml, syntax};
 use crate::urdf::text;
 
 /// Maximum number of includes of one description.
-const MOST_FILES: usize = 200;
+const MAX_FILES: usize = 200;
 
 /// The texts of files, before they are parsed.
 pub(crate) struct Texts {
@@ -104,8 +104,8 @@ impl Texts {
         if self.asked.iter().any(|asked| asked == uri) {
             return Ok(false);
         }
-        if self.asked.len() >= MOST_FILES {
-            let message = format!("it includes more than {MOST_FILES} files");
+        if self.asked.len() >= MAX_FILES {
+            let message = format!("it includes more than {MAX_FILES} files");
             return Err(Stop::of_file(None, None, message));
         }
         if uri.len() > limits.name_bytes {

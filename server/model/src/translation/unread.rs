@@ -15,7 +15,7 @@ use crate::report::Disposition::Ignored;
 use crate::urdf::findings::quoted;
 
 /// Maximum number of reported kinds; further ones are only counted.
-const MOST: usize = 100;
+const MAX_KINDS: usize = 100;
 
 /// Requests in one file.
 #[derive(Default)]
@@ -69,7 +69,7 @@ pub(crate) fn report<'a>(sources: &'a [Source<'a>], notes: &mut Notes) {
                 if is_known || !named.insert(key(tag, What::Attribute(name))) {
                     continue;
                 }
-                if named.len() > MOST {
+                if named.len() > MAX_KINDS {
                     left_out += 1;
                     continue;
                 }
@@ -81,7 +81,7 @@ pub(crate) fn report<'a>(sources: &'a [Source<'a>], notes: &mut Notes) {
                 if asked(inner, What::Anything) || asked(tag, What::Child(inner)) {
                     open.push(child);
                 } else if !notes.has_ignored(child) && named.insert(key(tag, What::Child(inner))) {
-                    if named.len() > MOST {
+                    if named.len() > MAX_KINDS {
                         left_out += 1;
                     } else {
                         notes.info(child, Ignored, "not read by simd");

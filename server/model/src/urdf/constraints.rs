@@ -21,7 +21,7 @@ use crate::robot::{Joint, JointKind, Link};
 use crate::setup::{ConstraintEnd, ConstraintOn, LinkConstraint, LinkConstraintKind};
 
 /// Maximum number of constraints of a robot.
-const MOST: usize = 1024;
+const MAX_CONSTRAINTS: usize = 1024;
 const TYPES: [&str; 7] = ["weld", "point_to_point", "hinge", "slide", "gear", "distance", "rope"];
 
 /// Links and joints by name.
@@ -58,8 +58,12 @@ pub(super) fn read(
     let mut read = Vec::new();
     let mut poses = None;
     for node in elements {
-        if read.len() >= MOST {
-            findings.warn(node, Ignored, format!("there are more than {MOST} constraints: left out"));
+        if read.len() >= MAX_CONSTRAINTS {
+            findings.warn(
+                node,
+                Ignored,
+                format!("there are more than {MAX_CONSTRAINTS} constraints: left out"),
+            );
             break;
         }
         let made = if is_one(&node) {

@@ -247,7 +247,7 @@ fn unread(node: Node, findings: &mut Findings) {
         "min",
         "max",
     ];
-    const MOST: usize = 8;
+    const MAX: usize = 8;
     let mut others: Vec<String> = Vec::new();
     for child in node.children().filter(Node::is_element) {
         let tag = child.tag_name().name();
@@ -257,7 +257,7 @@ fn unread(node: Node, findings: &mut Findings) {
             tag if !TAGS.contains(&tag) => format!("<{tag:.40}>"),
             _ => continue,
         };
-        if others.len() < MOST && !others.contains(&other) {
+        if others.len() < MAX && !others.contains(&other) {
             others.push(other);
         }
     }

@@ -54,10 +54,10 @@ fn line_of(text: &str, at: usize) -> u32 {
 /// Returns the ranges of `<?xml ...?>` before the root.
 fn declarations(text: &str) -> Vec<(usize, usize)> {
     // One is correct, two have been seen; more are no mistake.
-    const MOST: usize = 8;
+    const MAX: usize = 8;
     let mut found = Vec::new();
     let mut at = 0;
-    while found.len() < MOST
+    while found.len() < MAX
         && let Some(open) = text.get(at..).and_then(|rest| rest.find('<')).map(|open| at + open)
     {
         let tag = text.get(open..).unwrap_or_default();

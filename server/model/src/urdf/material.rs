@@ -19,7 +19,7 @@ pub(super) struct Palette<'m> {
 }
 
 /// Maximum number of repetitions of a picture on a shape, or on a metre of one.
-const MOST_OFTEN: f64 = 1e4;
+const MAX_REPETITIONS: f64 = 1e4;
 
 impl<'m> Palette<'m> {
     /// Collects materials of the robot first, then those that a visual defines. Real files define "blue" in
@@ -94,7 +94,7 @@ impl<'m> Palette<'m> {
 fn repeat_of(material: Node) -> TextureRepeat {
     let numbers = |name: &str| {
         let found = numbers::of::<2>(texture(material)?, name, Shape::Exactly(2))?;
-        let can_be = |often: &f64| *often != 0.0 && often.abs() <= MOST_OFTEN;
+        let can_be = |often: &f64| *often != 0.0 && often.abs() <= MAX_REPETITIONS;
         found.iter().all(can_be).then_some(found)
     };
     let times = numbers("repeat").map(TextureRepeat::Times);

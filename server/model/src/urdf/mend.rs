@@ -54,9 +54,9 @@ pub(crate) fn bind_prefixes<'t>(
     limits: &LoadLimits,
     notes: &mut Vec<Mended>,
 ) -> Cow<'t, str> {
-    const MOST: usize = 16;
+    const MAX: usize = 16;
     let mut text = text;
-    for _ in 0..MOST {
+    for _ in 0..MAX {
         let (prefix, line) = match parse_xml(&text, limits) {
             Err(Error::UnknownNamespace(prefix, at)) if prefix.len() <= limits.name_bytes => (prefix, at.row),
             _ => break,

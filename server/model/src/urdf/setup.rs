@@ -141,7 +141,7 @@ fn self_collisions(
             if says(link) && says(other) {
                 continue;
             }
-            if setup.pairs.len() >= srdf::MOST_PAIRS {
+            if setup.pairs.len() >= srdf::MAX_PAIRS {
                 let message = "too many links touch each other or not: all of them do";
                 findings.warn(repaired.root, Ignored, message);
                 setup.pairs.clear();

@@ -18,7 +18,7 @@ use crate::robot::{Link, RobotModel};
 use crate::setup::{LinkPair, NamedState};
 
 /// Maximum number of pairs in a file.
-pub(super) const MOST_PAIRS: usize = 65_536;
+pub(super) const MAX_PAIRS: usize = 65_536;
 
 /// Content of an SRDF for a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -109,7 +109,7 @@ pub(super) fn of_robot(robot: Node, links: &[Link], findings: &mut Findings) -> 
     match switched(robot, links, findings) {
         Ok(switched) => switched.into_iter().map(|(links, enabled)| LinkPair { links, enabled }).collect(),
         Err(_too_many) => {
-            let message = format!("it switches more than {MOST_PAIRS} pairs of links: all are left out");
+            let message = format!("it switches more than {MAX_PAIRS} pairs of links: all are left out");
             findings.warn(robot, Ignored, message);
             Vec::new()
         }
@@ -177,8 +177,8 @@ fn switch(
 ) -> Result<(), Refusal> {
     links.sort_unstable();
     switched.insert(links, enabled);
-    if switched.len() <= MOST_PAIRS {
+    if switched.len() <= MAX_PAIRS {
         return Ok(());
     }
-    Err(findings.refuse(node, format!("it switches more than {MOST_PAIRS} pairs of links")))
+    Err(findings.refuse(node, format!("it switches more than {MAX_PAIRS} pairs of links")))
 }

@@ -13,16 +13,16 @@ use crate::robot::{Joint, JointKind};
 use crate::setup::NamedState;
 
 /// Maximum number of states in a file.
-const MOST: usize = 256;
+const MAX_STATES: usize = 256;
 /// Maximum number of joints in all states.
-const MOST_POSITIONS: usize = 65_536;
+const MAX_POSITIONS: usize = 65_536;
 
 /// Returns the states of a `<robot>`, in the order of the file.
 pub(super) fn read(root: Node, joints: &[Joint], findings: &mut Findings) -> Vec<NamedState> {
     let indices: BTreeMap<&str, usize> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.as_str(), index)).collect();
     let mut states: Vec<NamedState> = Vec::new();
-    let mut left = MOST_POSITIONS;
+    let mut left = MAX_POSITIONS;
     for node in root.children().filter(|node| is(*node, "group_state")) {
         let name = node.attribute("name").unwrap_or_default().trim();
         let group = node.attribute("group").unwrap_or_default().trim();
@@ -34,7 +34,7 @@ pub(super) fn read(root: Node, joints: &[Joint], findings: &mut Findings) -> Vec
             findings.warn(node, Ignored, format!("the state {} is defined twice; left out", quoted(name)));
             continue;
         }
-        if states.len() >= MOST || left == 0 {
+        if states.len() >= MAX_STATES || left == 0 {
             findings.warn(node, Ignored, "there are too many states; left out");
             continue;
         }

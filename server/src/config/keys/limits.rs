@@ -39,7 +39,7 @@ fn descriptions() -> Vec<Key> {
         }),
         count(
             "limits.links",
-            1..=simd_model::MOST_LINKS as u64,
+            1..=simd_model::MAX_LINKS as u64,
             "links of a robot, and its joints",
             |draft| &mut draft.config.limits.reading.links,
         ),

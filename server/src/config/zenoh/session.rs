@@ -13,7 +13,7 @@ use super::super::TlsFiles;
 use super::{Zenoh, is_loopback};
 
 /// Maximum size of the operator's file, bytes.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 /// Maximum message size, bytes: larger ones are refused before they are read, so that an untrusted client
 /// cannot fill the memory.
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
@@ -163,7 +163,7 @@ fn strings(value: &Value) -> Vec<String> {
 }
 
 fn read(path: &Path) -> Result<Value, String> {
-    let text = files::read_text(path, MOST_BYTES)
+    let text = files::read_text(path, MAX_BYTES)
         .map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
     let settings: Value = json5::from_str(&text)
         .map_err(|error| format!("{} is not JSON5: {}", path.display(), one_line(&error.to_string())))?;

@@ -166,8 +166,8 @@ async fn who_is_idle_for_too_long_is_closed_and_cut_if_it_stays() {
     assert!(!idle.end.is_cancelled());
     tokio::time::timeout(Duration::from_secs(3), idle.end.cancelled()).await.unwrap();
     assert!(!idle.cut.is_cancelled());
-    tokio::time::timeout(GRACE + LOOK, idle.cut.cancelled()).await.unwrap();
-    tokio::time::timeout(GRACE + 3 * LOOK, waits.cut.cancelled()).await.unwrap();
+    tokio::time::timeout(GRACE + CHECK_INTERVAL, idle.cut.cancelled()).await.unwrap();
+    tokio::time::timeout(GRACE + 3 * CHECK_INTERVAL, waits.cut.cancelled()).await.unwrap();
     tokio::time::sleep(10 * LIMITS.idle).await;
     assert!(!busy.end.is_cancelled());
 }

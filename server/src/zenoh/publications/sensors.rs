@@ -10,7 +10,7 @@ use zenoh::pubsub::Publisher;
 
 use super::{Demand, UNCHANGED, World, has_subscribers, publisher, put_all};
 use simd_api::convert::to_proto;
-use simd_world::handle::{CallError, MOST_FOLLOWED, SensorCursor};
+use simd_world::handle::{CallError, MAX_WATCHED_SENSORS, SensorCursor};
 
 /// Name of the message in the schema.
 pub(super) const MESSAGE: &str = "SensorReadings";
@@ -41,7 +41,7 @@ pub(super) async fn publish(world: World, mut demand: Demand) {
         demand.wait().await;
         ticks.tick().await;
         let cursors = follow(&world, &mut topics).await;
-        for cursors in cursors.chunks(MOST_FOLLOWED) {
+        for cursors in cursors.chunks(MAX_WATCHED_SENSORS) {
             // A sensor deleted in the meantime is missing in the next round.
             if let Err(error) = publish_some(&world, &mut topics, cursors) {
                 tracing::debug!("readings are not published: {error}");

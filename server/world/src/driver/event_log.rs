@@ -22,7 +22,7 @@ use crate::run_state::RunState;
 /// Maximum bytes of names and sentences in all kept events, so that they fit in one message.
 const MAX_BYTES: usize = 2 << 20;
 /// Capacity of the queue, events: more than one command causes.
-const MOST_WAITING: usize = 4_096;
+const MAX_WAITING: usize = 4_096;
 
 /// An event with its number.
 #[derive(Clone, Debug, PartialEq)]
@@ -213,7 +213,7 @@ impl EventLog {
         Self {
             limit,
             numbered: AtomicU64::new(0),
-            arrived: ArrayQueue::new(MOST_WAITING),
+            arrived: ArrayQueue::new(MAX_WAITING),
             announcer: Announcer::default(),
             kept: Mutex::default(),
             grown: Notify::new(),

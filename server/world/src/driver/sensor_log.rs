@@ -39,17 +39,17 @@ use scans::{CountedSample, DueSamples, Scans};
 pub(super) use writer::SensorWriter;
 
 /// Maximum bytes of all kept readings.
-const MOST_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 /// Maximum bytes of one sensor's kept readings.
-const MOST_BYTES_OF_ONE: usize = 4 << 20;
+const MAX_BYTES_PER_SENSOR: usize = 4 << 20;
 /// Capacity of the queue, steps.
-const MOST_STEPS: usize = 4_096;
+const MAX_STEPS: usize = 4_096;
 /// Capacity of the queue, readings.
-const MOST_WAITING: usize = 65_536;
+const MAX_WAITING: usize = 65_536;
 /// Maximum number of empty lists kept for reuse.
 const EMPTIED: usize = 16;
 /// Maximum number of queued steps with samples that take long.
-const MOST_DUE: usize = 16;
+const MAX_SLOW_STEPS: usize = 16;
 
 /// Readings of a step.
 #[derive(Debug)]
@@ -106,17 +106,17 @@ impl SensorLog {
         let kept = Kept {
             rings: BTreeMap::new(),
             sensors: Arc::default(),
-            share: MOST_BYTES_OF_ONE,
+            share: MAX_BYTES_PER_SENSOR,
             last_sequence: 0,
             scans: Scans::default(),
             cameras: CameraSamples::default(),
         };
         let log = Arc::new(Self {
             state_cell,
-            arrived: ArrayQueue::new(MOST_STEPS),
+            arrived: ArrayQueue::new(MAX_STEPS),
             waiting: AtomicUsize::new(0),
             emptied: ArrayQueue::new(EMPTIED),
-            due: ArrayQueue::new(MOST_DUE),
+            due: ArrayQueue::new(MAX_SLOW_STEPS),
             announcer: Announcer::default(),
             kept: Mutex::new(kept),
             grown: Notify::new(),
@@ -249,7 +249,7 @@ impl Kept {
         self.rings.retain(|id, _| ids.contains(id));
         self.scans.retain(|id| ids.contains(&id));
         self.cameras.follow(sensors);
-        self.share = (MOST_BYTES / ids.len().max(1)).min(MOST_BYTES_OF_ONE);
+        self.share = (MAX_BYTES / ids.len().max(1)).min(MAX_BYTES_PER_SENSOR);
         for ring in self.rings.values_mut() {
             ring.trim(self.share);
         }

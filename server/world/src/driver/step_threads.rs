@@ -11,7 +11,7 @@ use simd_core::pool::Pool;
 use super::realtime::{self, RealTime};
 
 /// Maximum number of threads.
-pub const MOST_STEP_THREADS: u64 = 64;
+pub const MAX_STEP_THREADS: u64 = 64;
 
 /// Number of failed looks for work after which a thread yields its processor.
 const LOOKS: u32 = 16;
@@ -20,7 +20,7 @@ const LOOKS: u32 = 16;
 const LINGERS: u32 = 50 * LOOKS;
 
 /// Maximum number if the daemon chooses: with more, a step's threads wait for each other.
-const MOST_BY_ITSELF: usize = 4;
+const MAX_CHOSEN_THREADS: usize = 4;
 
 /// The calling thread and others, which sleep between steps.
 ///
@@ -187,7 +187,7 @@ pub(super) fn count(asked: u32, real_time: &RealTime) -> usize {
         _ => own,
     };
     let count = match usize::try_from(asked) {
-        Ok(0) | Err(_) => free.min(MOST_BY_ITSELF),
+        Ok(0) | Err(_) => free.min(MAX_CHOSEN_THREADS),
         Ok(asked) if own > 0 => asked.min(own),
         Ok(asked) => asked,
     };
@@ -274,7 +274,7 @@ mod tests {
         let held = RealTime { processors: Processors::of([2, 3]), ..RealTime::default() };
         assert_eq!([0, 1, 2, 8].map(|asked| count(asked, &held)), [2, 1, 2, 2]);
         assert_eq!([1, 2, 8].map(|asked| count(asked, &RealTime::default())), [1, 2, 8]);
-        assert!((1..=MOST_BY_ITSELF).contains(&count(0, &RealTime::default())));
+        assert!((1..=MAX_CHOSEN_THREADS).contains(&count(0, &RealTime::default())));
         let alone = std::thread::spawn(|| StepThreads::start(1, RealTime::default()).unwrap().is_none());
         assert!(alone.join().unwrap());
     }

@@ -26,7 +26,7 @@ use tokio::sync::Notify;
 use tokio::time::{Instant, timeout_at};
 
 pub use self::lens::{BadMatrix, Intrinsics, Lens, intrinsics};
-pub use self::picture::MOST_PIXELS;
+pub use self::picture::MAX_PIXELS;
 pub use self::picture::{
     CameraName, Drawn, Light, Picture, PictureOrder, PictureRobot, Plane, Planes, View as PictureView,
 };
@@ -204,7 +204,7 @@ impl SimHandle {
 
     /// Refuses a picture that is too large for an answer or a message.
     fn check_size(&self, view: &PictureView) -> Result<(), CallError> {
-        let side = (view.width.max(view.height).into(), MOST_PIXELS.into(), "pixels of a side of a picture");
+        let side = (view.width.max(view.height).into(), MAX_PIXELS.into(), "pixels of a side of a picture");
         let size = (view.bytes(), self.inner.info.limits.picture_bytes, "bytes of a picture");
         for (value, limit, what) in [side, size] {
             if value > limit {

@@ -11,11 +11,11 @@ use super::{CallError, Published, SimHandle};
 use crate::driver::ReadingBatch;
 
 /// Maximum bytes of the newest readings in one answer.
-const MOST_NEWEST_BYTES: u64 = 32 << 20;
+const MAX_NEWEST_BYTES: u64 = 32 << 20;
 /// Maximum bytes of following readings in one answer, shared equally by the sensors.
-const MOST_NEXT_BYTES: usize = 4 << 20;
+const MAX_NEXT_BYTES: usize = 4 << 20;
 /// Maximum number of sensors that one call follows.
-pub const MOST_FOLLOWED: usize = 64;
+pub const MAX_WATCHED_SENSORS: usize = 64;
 
 /// Sensors of a robot; an empty list means all of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -122,7 +122,7 @@ impl SimHandle {
         if let Ok(ended) = tokio::time::timeout(timeout, self.until_drained(measured)).await {
             ended?;
         }
-        let readings = self.newest_of(&state, chosen, MOST_NEWEST_BYTES)?;
+        let readings = self.newest_of(&state, chosen, MAX_NEWEST_BYTES)?;
         Ok((state, readings))
     }
 
@@ -137,7 +137,7 @@ impl SimHandle {
         }
         let state = self.newest();
         let chosen = chosen(&state, selections)?;
-        self.newest_of(&state, chosen, MOST_NEXT_BYTES as u64)
+        self.newest_of(&state, chosen, MAX_NEXT_BYTES as u64)
     }
 
     fn newest_of(
@@ -200,7 +200,7 @@ impl SimHandle {
                 Ok((find(&state, robot_index(&state, &cursor.robot)?, &cursor.sensor)?.id, cursor.after))
             })
             .collect::<Result<Vec<_>, CallError>>()?;
-        let batches = self.inner.driver.sensors.after(&wanted, MOST_NEXT_BYTES);
+        let batches = self.inner.driver.sensors.after(&wanted, MAX_NEXT_BYTES);
         let named = |(cursor, batch): (&SensorCursor, ReadingBatch)| SensorReadings {
             robot: cursor.robot.clone(),
             sensor: cursor.sensor.clone(),

@@ -23,7 +23,7 @@ use super::ros::{stamp, topic_part, write};
 use crate::driver::Published;
 
 /// Minimum time between two looks for new pictures.
-const LOOK: Duration = Duration::from_millis(10);
+const CHECK_INTERVAL: Duration = Duration::from_millis(10);
 /// Minimum time per camera, since each camera costs a look at all followed ones.
 const LOOK_OF_CAMERA: Duration = Duration::from_micros(100);
 /// Maximum size of a recorded plane, bytes: readers of recordings refuse messages of 32 MiB.
@@ -31,7 +31,7 @@ const LARGEST: u64 = 16 << 20;
 /// Longest wait of a camera.
 const LONGEST: Duration = Duration::from_secs(600);
 /// Number of cameras beyond which deleted ones are forgotten.
-const MOST_CAMERAS: usize = 2_048;
+const MAX_CAMERAS: usize = 2_048;
 /// Name of the metadata that summarizes the pictures of each camera.
 pub(super) const METADATA: &str = "simd.cameras";
 
@@ -178,12 +178,12 @@ impl Images {
     ) -> Result<(), Unwritten> {
         let sensors = &state.state.sensors;
         let cameras = || sensors.iter().filter(|of| matches!(of.definition.kind, SensorKind::Camera(_)));
-        if self.cameras.len() > MOST_CAMERAS {
+        if self.cameras.len() > MAX_CAMERAS {
             self.cameras.retain(|id, _| sensors.iter().any(|sensor| sensor.id == *id));
         }
         let count = u32::try_from(cameras().count()).unwrap_or(u32::MAX).max(1);
         let share = self.bytes_per_second / f64::from(count);
-        self.next_look = now.checked_add(LOOK.max(LOOK_OF_CAMERA.saturating_mul(count)));
+        self.next_look = now.checked_add(CHECK_INTERVAL.max(LOOK_OF_CAMERA.saturating_mul(count)));
         // Unknown if no camera is asked.
         let mut is_undrawn = None;
         for sensor in cameras() {

@@ -12,7 +12,7 @@ const MAX_NAME: usize = 64;
 /// Maximum length of a name, bytes: names of files have at most 255.
 const MAX_NAME_BYTES: usize = 200;
 /// Maximum number of files in the folder that are examined.
-const MOST_FILES: usize = 100_000;
+const MAX_FILES: usize = 100_000;
 
 /// Returns whether a recording may have this name.
 pub fn is_name(name: &str) -> bool {
@@ -46,7 +46,7 @@ fn parse(file: &str) -> Option<(&str, u64)> {
 /// number.
 pub(super) fn files(directory: &Path) -> io::Result<Vec<(String, String)>> {
     let mut found = Vec::new();
-    for entry in fs::read_dir(directory)?.take(MOST_FILES) {
+    for entry in fs::read_dir(directory)?.take(MAX_FILES) {
         let Ok(file) = entry?.file_name().into_string() else { continue };
         if let Some((name, number)) = parse(&file) {
             found.push((name.to_owned(), number, file));

@@ -17,7 +17,7 @@ use crate::call_error::CallError;
 use crate::loading::Files;
 
 /// Maximum bytes of all files of a recording at one time, robots' meshes and worlds.
-const MOST_FILE_BYTES: u64 = 1 << 30;
+const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Last bytes of an MCAP file.
 const END: &[u8; 8] = b"\x89MCAP0\r\n";
 
@@ -107,10 +107,10 @@ impl<R: Read> Recording<R> {
             return Ok(());
         }
         self.held = self.held.saturating_add(data.len() as u64);
-        if self.held.max(total_bytes) > MOST_FILE_BYTES {
+        if self.held.max(total_bytes) > MAX_FILE_BYTES {
             let what = "the size of all files in the recording in bytes".into();
             let value = self.held.max(total_bytes);
-            return Err(CallError::LimitExceeded { what, value, limit: MOST_FILE_BYTES });
+            return Err(CallError::LimitExceeded { what, value, limit: MAX_FILE_BYTES });
         }
         let partial = self.partial.entry(sha256).or_default();
         if partial.len() as u64 != offset || offset + data.len() as u64 > total_bytes {

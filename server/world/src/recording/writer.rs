@@ -24,7 +24,7 @@ use crate::driver::{
 };
 
 /// Time between two looks for entries: the driver keeps memory for this many states at 1 kHz.
-const LOOK: Duration = Duration::from_millis(5);
+const CHECK_INTERVAL: Duration = Duration::from_millis(5);
 /// Time between two flushes.
 const FLUSH: Duration = Duration::from_millis(500);
 /// Time between two records of the whole world.
@@ -142,7 +142,7 @@ impl Writer {
     pub(super) fn run(mut self) {
         let mut entries = Vec::new();
         let end = loop {
-            let end = self.queue.take_after(LOOK, &mut entries);
+            let end = self.queue.take_after(CHECK_INTERVAL, &mut entries);
             let mut written = Ok(());
             for entry in entries.drain(..) {
                 // All entries are taken out, even those that are no longer written.

@@ -12,7 +12,7 @@ from simd_client.aio.kinematics import Kinematics
 from simd_client.aio.runtime import in_thread
 from simd_client.errors import AnswerError, DeadlineExceeded, Superseded, WrongState, refused_here
 from simd_client.motion import Goal, moves_to
-from simd_client.plots import MOST_STATES, plotted
+from simd_client.plots import MAX_STATES, plotted
 from simd_client.proto import methods
 from simd_client.quantity import Quantity
 from simd_client.selection import selections_to_proto
@@ -91,7 +91,7 @@ class Motion(Kinematics):
 
         def keep(state: RobotState) -> bool:
             found.append(state)
-            return len(found) >= MOST_STATES or state.stamp.sim_time - found[0].stamp.sim_time >= seconds
+            return len(found) >= MAX_STATES or state.stamp.sim_time - found[0].stamp.sim_time >= seconds
 
         await self._until(keep, 2.0 * seconds + 1.0, 0, None)
         return found

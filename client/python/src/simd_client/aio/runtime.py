@@ -10,7 +10,7 @@ from inspect import isawaitable
 from typing import TypeVar
 
 from simd_client.errors import DeadlineExceeded
-from simd_client.link import MOST_REPLIES, Answer, AnyMethod, Link
+from simd_client.link import MAX_REPLIES, Answer, AnyMethod, Link
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -52,7 +52,7 @@ async def replies(
     """Sends the request of a stream and waits for each of its replies. If more than 256 wait for the reader,
     the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds."""
     loop = asyncio.get_running_loop()
-    waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
+    waiting: deque[Answer | None] = deque(maxlen=MAX_REPLIES)
     has_some = asyncio.Event()
 
     def keep(reply: Answer | None) -> None:

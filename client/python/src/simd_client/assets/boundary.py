@@ -7,7 +7,7 @@ from collections import deque
 from enum import Enum
 from pathlib import Path
 
-MOST_LINKS = 64
+MAX_LINKS = 64
 """Maximum number of links, more than the operating system follows."""
 
 
@@ -44,7 +44,7 @@ def inside(folder: Path, rest: Path) -> Path | Outcome:
             except OSError:
                 return Outcome.NOTHING
             links += 1
-            if links > MOST_LINKS:
+            if links > MAX_LINKS:
                 return Outcome.NOTHING
             ahead.extendleft(reversed(target.parts))
     if not at.is_relative_to(folder):

@@ -13,7 +13,7 @@ from simd_client.blocking.kinematics import Kinematics
 from simd_client.blocking.runtime import in_thread
 from simd_client.errors import AnswerError, DeadlineExceeded, Superseded, WrongState, refused_here
 from simd_client.motion import Goal, moves_to
-from simd_client.plots import MOST_STATES, plotted
+from simd_client.plots import MAX_STATES, plotted
 from simd_client.proto import methods
 from simd_client.quantity import Quantity
 from simd_client.selection import selections_to_proto
@@ -92,7 +92,7 @@ class Motion(Kinematics):
 
         def keep(state: RobotState) -> bool:
             found.append(state)
-            return len(found) >= MOST_STATES or state.stamp.sim_time - found[0].stamp.sim_time >= seconds
+            return len(found) >= MAX_STATES or state.stamp.sim_time - found[0].stamp.sim_time >= seconds
 
         self._until(keep, 2.0 * seconds + 1.0, 0, None)
         return found

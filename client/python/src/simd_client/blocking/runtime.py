@@ -10,7 +10,7 @@ from time import sleep
 from typing import TypeVar
 
 from simd_client.errors import DeadlineExceeded, SimdError
-from simd_client.link import MOST_REPLIES, Answer, AnyMethod, Link
+from simd_client.link import MAX_REPLIES, Answer, AnyMethod, Link
 
 __all__ = ["Background", "LatestSample", "in_thread", "queries", "query", "replies", "sleep", "together"]
 
@@ -55,7 +55,7 @@ def replies(
 ) -> Iterator[bytes]:
     """Sends the request of a stream and waits for each of its replies. If more than 256 wait for the reader,
     the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds."""
-    waiting: deque[Answer | None] = deque(maxlen=MOST_REPLIES)
+    waiting: deque[Answer | None] = deque(maxlen=MAX_REPLIES)
     has_some = threading.Condition()
 
     def keep(reply: Answer | None) -> None:

@@ -34,7 +34,7 @@ from . import (
     sdf,
     shapes,
     simulation,
-    stand_in,
+    import_hooks,
     state_log,
     unsupported,
     user_data,
@@ -74,7 +74,7 @@ from .unsupported import *
 from .user_data import *
 from .window import *
 
-stand_in.install()
+import_hooks.install()
 
 __all__ = ["error"]
 __all__ += cameras.__all__

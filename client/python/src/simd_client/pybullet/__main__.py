@@ -12,7 +12,7 @@ from pathlib import Path
 
 import simd_client.pybullet as pybullet
 from simd_client import tls
-from simd_client.pybullet import connections, stand_in
+from simd_client.pybullet import connections, import_hooks
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -40,10 +40,10 @@ def main(arguments: list[str] | None = None) -> None:
     # Missing files are reported before the script begins.
     tls.authority(asked.tls_ca, asked.tls_cert, asked.tls_key)
     os.environ[connections.OPTIONS] = shlex.join(_options(asked))
-    stand_in.replace(pybullet)
+    import_hooks.replace(pybullet)
     sys.argv = [asked.script, *asked.args]
     sys.path[0] = str(script.resolve().parent)
-    stand_in.replace_in_children()
+    import_hooks.replace_in_children()
     runpy.run_path(asked.script, run_name="__main__")
 
 

@@ -15,7 +15,7 @@ from simd_client.proto import JointTarget, SphericalReset
 
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
-from .motors import MOST, NO_LIMIT
+from .motors import MAX, NO_LIMIT
 from .rotations import conjugate, product, rotate
 
 FIRST_GAIN = 0.2
@@ -78,7 +78,7 @@ def _gains(position_gain: float, velocity_gain: float, inertia: float, h: float)
     b = kp * whole
     a = max(whole - 1.0 - b, 0.0)
     velocity = velocity_gain * (1.0 + a + b) / a if a > 0.0 else 0.0
-    return min(b * inertia / (h * h), MOST), min(a * inertia / h, MOST), velocity
+    return min(b * inertia / (h * h), MAX), min(a * inertia / h, MAX), velocity
 
 
 def ball_target(

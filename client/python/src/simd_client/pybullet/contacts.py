@@ -33,7 +33,7 @@ from .rotations import compose, cross
 from .world import World
 
 # Maximum number of rays in one request.
-_MOST_RAYS = 20_000
+_MAX_RAYS = 20_000
 # Any link, in place of a link's number; -1 is the base.
 _ANY = -2
 _MISS = (-1, -1, 1.0, ORIGIN, ORIGIN)
@@ -251,9 +251,9 @@ def rayTestBatch(
     frame = _frame(world, parentObjectUniqueId, parentLinkIndex)
     numbers = world.numbers()
     answers: list[tuple[Any, ...]] = []
-    for start in range(0, len(rayFromPositions), _MOST_RAYS):
+    for start in range(0, len(rayFromPositions), _MAX_RAYS):
         request = CastRaysRequest(collision_mask=mask)
-        part = slice(start, start + _MOST_RAYS)
+        part = slice(start, start + _MAX_RAYS)
         for begin, end in zip(rayFromPositions[part], rayToPositions[part], strict=True):
             ray = request.rays.add()
             for wire, point in ((getattr(ray, "from"), begin), (ray.to, end)):

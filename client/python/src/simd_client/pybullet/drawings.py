@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from simd_client.proto import AddMarkersRequest, DeleteMarkersRequest, Marker, methods
 
 from .errors import error
-from .gathered import Gathered
+from .command_batch import CommandBatch
 
 if TYPE_CHECKING:
     from .wire import Wire
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 # Number of the oldest drawings to delete when the daemon is full.
 _ROOM = 512
 # Maximum number of waiting drawings, and their bytes: beyond it the script itself sends them.
-_MOST = 512
-_MOST_BYTES = 1 << 20
+_MAX_DRAWINGS = 512
+_MAX_BYTES = 1 << 20
 
 
-class Drawings(Gathered):
+class Drawings(CommandBatch):
     """Existing drawings, as far as the script knows: some expire."""
 
     def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
@@ -49,7 +49,7 @@ class Drawings(Gathered):
                 self._bytes -= old.ByteSize()
             self._waiting[number] = marker
             self._bytes += marker.ByteSize()
-            if len(self._waiting) > _MOST or self._bytes > _MOST_BYTES:
+            if len(self._waiting) > _MAX_DRAWINGS or self._bytes > _MAX_BYTES:
                 self._send()
             else:
                 self._send_soon()

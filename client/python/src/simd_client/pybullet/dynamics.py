@@ -16,7 +16,7 @@ from simd_client.proto import (
 )
 from simd_client.surface import Surface
 
-from . import beyond, descriptions, shape_inertia, spawning
+from . import outside_limits, descriptions, shape_inertia, spawning
 from .arguments import Vector, vector
 from .bodies import Body, put_limits
 from .connections import connected
@@ -61,7 +61,7 @@ _KEPT = (
 )
 # The daemon's names of springs of contacts.
 _SPRING_RANGE = 1e-3, 1e12
-_MOST_DAMPING = 1e6
+_MAX_DAMPING = 1e6
 _SPRING = {"contactStiffness": "contact_stiffness", "contactDamping": "contact_damping"}
 _MULTI_BODY = 2
 
@@ -163,7 +163,7 @@ def changeDynamics(
     if surface:
         _set_surface(world, body, linkIndex, surface)
     damping = {
-        field: min(float(given[name]), _MOST_DAMPING)
+        field: min(float(given[name]), _MAX_DAMPING)
         for name, field in _DAMPING_FIELDS.items()
         if given[name] is not None and given[name] >= 0.0
     }
@@ -263,7 +263,7 @@ def _set_speed(world: World, body: Body, speed: float) -> None:
     for index, joint in enumerate(body.joints):
         if joint.width == 1:
             joint.limits = (*joint.limits[:3], speed if isfinite(speed) else None)
-            beyond.send(world, body, index)
+            outside_limits.send(world, body, index)
 
 
 def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal: Any) -> None:

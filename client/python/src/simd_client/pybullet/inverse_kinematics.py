@@ -23,13 +23,13 @@ from .world import World
 
 Array = NDArray[np.float64]
 
-_MOST_ITERATIONS = 1000
+_MAX_ITERATIONS = 1000
 _LEAST_DAMPING = 1e-9
 # Minimum iterations of the daemon, whose search ends when it converges.
 _DAEMON_ITERATIONS = 100
 # Levenberg and Marquardt's damping: initial value, factors after good and bad steps, and the value that ends
 # the search.
-_DAMPING, _BETTER, _WORSE, _MOST_DAMPING = 1e-3, 0.3, 4.0, 1e6
+_DAMPING, _BETTER, _WORSE, _MAX_DAMPING = 1e-3, 0.3, 4.0, 1e6
 
 
 @formerly("bodyIndex", "bodyUniqueId")
@@ -197,7 +197,7 @@ def _start(current: Any, rest: Any, count: int, text: str) -> list[float]:
 
 
 def _iterations(given: int) -> int:
-    return max(1, min(int(given), _MOST_ITERATIONS))
+    return max(1, min(int(given), _MAX_ITERATIONS))
 
 
 class _Chains:
@@ -256,7 +256,7 @@ def _solve(chains: _Chains, q: Array, goals: Array, most: int, threshold: float)
     off = (goals - positions).reshape(-1)
     damping = _DAMPING
     for _ in range(most):
-        if np.linalg.norm(off.reshape(-1, 3), axis=1).max() <= threshold or damping > _MOST_DAMPING:
+        if np.linalg.norm(off.reshape(-1, 3), axis=1).max() <= threshold or damping > _MAX_DAMPING:
             break
         step = rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(off)), off)
         tried = np.clip(q + step, chains.lower, chains.upper)

@@ -12,7 +12,7 @@ from .ball_motors import unit
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
-from .motors import MOST, NO_LIMIT, MotorLoop
+from .motors import MAX, NO_LIMIT, MotorLoop
 from .world import World
 
 _MODES = {
@@ -42,7 +42,7 @@ def setJointMotorControl2(
     if body is not None and 0 <= jointIndex < len(body.joints):
         motor = body.joints[jointIndex].motor
         rest = (force, positionGain, velocityGain, maxVelocity)
-        if motor.given == rest and motor.mode == controlMode and abs(targetPosition) <= MOST >= abs(targetVelocity):
+        if motor.given == rest and motor.mode == controlMode and abs(targetPosition) <= MAX >= abs(targetVelocity):
             # The call belongs to a loop.
             motor.position, motor.velocity = float(targetPosition), float(targetVelocity)
             world.drive(body, (jointIndex,))
@@ -267,7 +267,7 @@ def _settled(value: float, name: str) -> float:
     number = float(value)
     if number != number:
         raise error(f"setJointMotorControl: {name} is NaN; the motor stays as it was")
-    return max(-MOST, min(number, MOST))
+    return max(-MAX, min(number, MAX))
 
 
 def _command_ball(

@@ -8,13 +8,13 @@ from typing import Any
 
 from simd_client.proto import JointReset
 
-from . import beyond
+from . import outside_limits
 from .arguments import ORIGIN, Vector, floats, indices
 from .ball_motors import spherical_reset, to_bullet, unit
 from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
-from .motors import MOST
+from .motors import MAX
 from .reactions import NOTHING, reaction
 from .readings import AnyJointStates
 from .rotations import conjugate, rotate
@@ -23,7 +23,7 @@ from .world import World
 JointState = tuple[float, float, tuple[float, ...], float]
 
 # Maximum number of cached joint selections of one robot.
-_MOST_READERS = 64
+_MAX_READERS = 64
 
 
 def getNumJoints(bodyUniqueId: int, physicsClientId: int = 0) -> int:
@@ -85,7 +85,7 @@ def _keep_reader(body: Body, wanted: list[int]) -> None:
     def read(positions: list[float], velocities: list[float], efforts: list[float]) -> tuple[JointState, ...]:
         return tuple(zip(q(positions), u(velocities), carried, u(efforts), strict=True))
 
-    if len(body.readers) >= _MOST_READERS:
+    if len(body.readers) >= _MAX_READERS:
         body.readers.clear()
     body.readers[tuple(wanted)] = read
 
@@ -202,7 +202,7 @@ def resetJointStatesMultiDof(
 
 def _bounded(value: float) -> float:
     """Clamps to the daemon's maximum."""
-    return max(-MOST, min(float(value), MOST))
+    return max(-MAX, min(float(value), MAX))
 
 
 def _reset(
@@ -231,7 +231,7 @@ def _reset(
             joints[joint.name, axis] = reset
     if joints:
         single = ((index, value) for index, value in zip(wanted, values, strict=True) if body.joints[index].width == 1)
-        beyond.put(world, body, ((index, float(value[0])) for index, value in single if value))
+        outside_limits.put(world, body, ((index, float(value[0])) for index, value in single if value))
         world.put_joints(body, joints)
 
 

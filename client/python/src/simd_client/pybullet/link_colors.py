@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from simd_client.proto import Color, LinkColor, SetLinkColorsRequest, methods
 
 from .errors import error
-from .gathered import Gathered
+from .command_batch import CommandBatch
 
 if TYPE_CHECKING:
     from .wire import Wire
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 Rgba = tuple[float, float, float, float]
 
 # Maximum number in one request.
-_MOST = 4096
+_MAX_COLORS = 4096
 
 
-class LinkColors(Gathered):
+class LinkColors(CommandBatch):
     """Colours that wait to be sent."""
 
     def __init__(self, wire: Wire, say: Callable[[str], None]) -> None:
@@ -38,7 +38,7 @@ class LinkColors(Gathered):
         """Gives a link a colour soon."""
         with self._lock:
             self._waiting[robot, link] = color
-            if len(self._waiting) >= _MOST:
+            if len(self._waiting) >= _MAX_COLORS:
                 self._send()
             else:
                 self._send_soon()

@@ -44,7 +44,7 @@ _GRANTED = (
 # For links without friction in their description.
 _FRICTION = 0.5
 # Warnings about values that are read differently from their text.
-_MOST_SAID = 8
+_MAX_MESSAGES = 8
 
 
 def _old_forms(function: Function) -> Function:
@@ -84,8 +84,8 @@ def loadURDF(
     if not is_xacro(path):
         urdf, read_as = descriptions.with_numbers(urdf)
         if read_as:
-            more = f", and {len(read_as) - _MOST_SAID} more" if len(read_as) > _MOST_SAID else ""
-            world.say_once(f"loadURDF: {fileName}: {'; '.join(read_as[:_MOST_SAID])}{more}")
+            more = f", and {len(read_as) - _MAX_MESSAGES} more" if len(read_as) > _MAX_MESSAGES else ""
+            world.say_once(f"loadURDF: {fileName}: {'; '.join(read_as[:_MAX_MESSAGES])}{more}")
         urdf = load_flags.applied(urdf, flags, bool(useFixedBase))
     description = descriptions.read(urdf, globalScaling)
     spawn = Spawn(
@@ -198,8 +198,8 @@ def found(world: World, name: str, refusal: str) -> Path:
         if place.is_file():
             return place
     looked = ", ".join(str(place) for place in places)
-    stand_in = f". {data.WHAT_TO_DO}" if str(data.OWN) in search_paths(world) else ""
-    raise error(f"{refusal} Not found: {looked}{stand_in}")
+    import_hooks = f". {data.WHAT_TO_DO}" if str(data.OWN) in search_paths(world) else ""
+    raise error(f"{refusal} Not found: {looked}{import_hooks}")
 
 
 def setAdditionalSearchPath(path: str, physicsClientId: int = 0) -> None:

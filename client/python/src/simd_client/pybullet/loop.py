@@ -29,7 +29,7 @@ from simd_client.proto import (
 from .arguments import ORIGIN
 from .bodies import Body, BodyJoint, JointBounds, put_limits
 from .errors import error
-from .outgoing import Key, Outgoing
+from .step_targets import Key, StepTargets
 from .readings import Readings
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ _WRENCHES = 256
 # Wall seconds for which settings are assumed unchanged.
 _SEEN = 0.5
 # The daemon's time steps, seconds, and how many of them may form one of the script.
-_SHORTEST, _LONGEST, _MOST_STEPS = 1e-6, 0.1, 1000
+_SHORTEST, _LONGEST, _MAX_STEPS = 1e-6, 0.1, 1000
 # PyBullet's time step, until a script sets another.
 TIME_STEP = 1.0 / 240.0
 
@@ -71,7 +71,7 @@ class Loop(Readings):
         self.solver_iterations, self.inner_iterations = 50, 1
         # Motors that have changed since the last step, by body and joint.
         self._waiting: dict[Key, None] = {}
-        self._outgoing = Outgoing()
+        self._step_targets = StepTargets()
         # Torques of the script that acted over the last step, N m or N: one number, or three of a spherical joint.
         self.torques: dict[Key, Sequence[float]] = {}
         # Held while a torque is added, and while torques are taken: scripts also command from other threads
@@ -149,7 +149,7 @@ class Loop(Readings):
         self._send_before()
         if self._waiting:
             self._with_motors(
-                lambda: self.wire.call(methods.SetJointTargets, self._outgoing.targets()), with_torques=self.playing
+                lambda: self.wire.call(methods.SetJointTargets, self._step_targets.targets()), with_torques=self.playing
             )
 
     def advance(self) -> None:
@@ -186,10 +186,10 @@ class Loop(Readings):
     def _step(self) -> StepSimulationResponse | tuple[int, float, list[RobotNumbers]]:
         links, contacts = self.wants_links(), self.wants_contacts()
         if self.wire.keeps_steps and not (links or contacts):
-            kept = self._outgoing.kept(self.wire.keep_step, self.steps_at_once)
+            kept = self._step_targets.kept(self.wire.keep_step, self.steps_at_once)
             if kept is not None:
                 return self.wire.run_step(*kept)
-        request = self._outgoing.step(links, contacts, self.steps_at_once)
+        request = self._step_targets.step(links, contacts, self.steps_at_once)
         return self.wire.call(methods.StepSimulation, request)
 
     def _with_motors(self, call: Callable[[], Answer], with_torques: bool) -> Answer:
@@ -202,8 +202,8 @@ class Loop(Readings):
             self._waiting.pop(key, None)
         with self.commands:
             step = self.time_step, self.substeps
-            frictions = self._outgoing.put(sending, self.bodies, *step, with_torques)
-            torques = self._take_torques(sending, with_torques) if self._outgoing.has_torques else {}
+            frictions = self._step_targets.put(sending, self.bodies, *step, with_torques)
+            torques = self._take_torques(sending, with_torques) if self._step_targets.has_torques else {}
         try:
             for body, friction in frictions:
                 self._set_friction(body, friction)
@@ -267,7 +267,7 @@ class Loop(Readings):
         if not 0.0 < seconds < math.inf:
             print(f"simd: a time step of {seconds:g} s is not valid; it stays {self.time_step:g} s", file=sys.stderr)
             return
-        count = min(math.ceil(seconds / _LONGEST - 1e-9), _MOST_STEPS)
+        count = min(math.ceil(seconds / _LONGEST - 1e-9), _MAX_STEPS)
         self.steps_at_once = max(count, 1)
         self.set_physics(SetPhysicsRequest(time_step=min(max(seconds / self.steps_at_once, _SHORTEST), _LONGEST)))
 

@@ -18,9 +18,9 @@ from .errors import error, unsupported
 Vertices = NDArray[np.float64]
 
 _FORMATS = (".obj", ".stl", ".dae")
-_MOST_BYTES = 256 * 1024 * 1024
+_MAX_BYTES = 256 * 1024 * 1024
 # Maximum number of triangles of a mesh that is divided into convex parts; larger ones take too long.
-MOST_DIVIDED = 20_000
+MAX_DECOMPOSED_TRIANGLES = 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ def read(function: str, path: Path, is_concave: bool) -> Mesh:
     if path.suffix.lower() not in _FORMATS:
         raise error(f"{function}: {path.name} is not one of {', '.join(_FORMATS)}")
     try:
-        if path.stat().st_size > _MOST_BYTES:
+        if path.stat().st_size > _MAX_BYTES:
             raise error(f"{function}: {path.name} has more than 256 MiB")
         data = path.read_bytes()
     except OSError as problem:
@@ -77,7 +77,7 @@ def of_arrays(function: str, given: Any, triangles: Any) -> Mesh:
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
     lines += [f"f {faces[i] + 1} {faces[i + 1] + 1} {faces[i + 2] + 1}" for i in range(0, len(faces), 3)]
     data = ("\n".join(lines) + "\n").encode()
-    is_concave = triangles is not None and 0 < len(faces) <= 3 * MOST_DIVIDED
+    is_concave = triangles is not None and 0 < len(faces) <= 3 * MAX_DECOMPOSED_TRIANGLES
     return _mesh(function, data, ".obj", "", points, is_concave)
 
 

@@ -28,7 +28,7 @@ STIFF = 1e5
 # Maximum velocity of Bullet's joints until a script sets maxJointVelocity, rad/s or m/s.
 FASTEST = 100.0
 # Maximum values and gains of the daemon.
-MOST = 1e12
+MAX = 1e12
 # PyBullet's motors have no limit unless a force is given; this value replaces it.
 NO_LIMIT = 100000.0
 # Default motor of each joint, in N m s (or N s) per step or substep.
@@ -88,7 +88,7 @@ class MotorLoop:
     def set(self, positions: list[float], velocities: list[float]) -> bool:
         """Changes these motors. Returns false, and changes none, if the daemon cannot take some of them
         unchanged."""
-        if not self.motors or min(positions) < -MOST or max(positions) > MOST or min(velocities) < -MOST or max(velocities) > MOST:
+        if not self.motors or min(positions) < -MAX or max(positions) > MAX or min(velocities) < -MAX or max(velocities) > MAX:
             return False
         for motor, position, velocity in zip(self.motors, positions, velocities, strict=True):
             motor.position, motor.velocity = position, velocity
@@ -143,7 +143,7 @@ def law(motor: Motor, inertia: float, h: float, parts: int = 1, fastest: float =
             feed_forward=torque,
             max_effort=most,
         )
-    damping = min(STIFF * inertia / h, MOST)
+    damping = min(STIFF * inertia / h, MAX)
     gain = max(0.0, min(motor.velocity_gain, 2.0))
     if motor.mode == constants.VELOCITY_CONTROL and gain == 1.0:
         aim = max(-fastest, min(motor.velocity, fastest))
@@ -152,11 +152,11 @@ def law(motor: Motor, inertia: float, h: float, parts: int = 1, fastest: float =
     return Law(
         "servo",
         motor.position,
-        velocity=max(-MOST, min(gain * motor.velocity, MOST)),
-        rate=min(rate, MOST),
+        velocity=max(-MAX, min(gain * motor.velocity, MAX)),
+        rate=min(rate, MAX),
         slip=1.0 - gain,
         damping=damping,
         feed_forward=torque,
-        max_effort=min(limit + abs(torque), MOST),
+        max_effort=min(limit + abs(torque), MAX),
         max_velocity=min(motor.max_velocity or fastest, fastest),
     )

@@ -14,7 +14,7 @@ from simd_client.proto import GetSimulatorInfoResponse
 _PORT = 7400
 # Maximum wall seconds for the answer of a local page.
 _TIMEOUT = 1.0
-_MOST_BYTES = 1 << 20
+_MAX_BYTES = 1 << 20
 
 
 def of(host: str, name: str) -> str | None:
@@ -41,7 +41,7 @@ def _name(address: str) -> str | None:
     )
     try:
         with urllib.request.urlopen(request, timeout=_TIMEOUT) as answer:
-            framed: bytes = answer.read(_MOST_BYTES)
+            framed: bytes = answer.read(_MAX_BYTES)
         length = int.from_bytes(framed[1:5], "big")
         return GetSimulatorInfoResponse.FromString(framed[5 : 5 + length]).name
     except (urllib.error.URLError, OSError, ValueError, DecodeError):

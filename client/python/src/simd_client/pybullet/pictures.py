@@ -19,7 +19,7 @@ from .window import shown_matrices
 from .world import World
 
 # Maximum size of a picture's side.
-_MOST_PIXELS = 4096
+_MAX_PIXELS = 4096
 # Direction towards PyBullet's default light.
 _LIGHT = (-50.0, 30.0, 100.0)
 # Maximum wall seconds for a picture.
@@ -54,8 +54,8 @@ def getCameraImage(
     del lightDistance, renderer, projectiveTextureView, projectiveTextureProj
     world = connected(physicsClientId)
     columns, rows = int(width), int(height)
-    if not (1 <= columns <= _MOST_PIXELS and 1 <= rows <= _MOST_PIXELS):
-        raise error(f"getCameraImage: width and height must be above 0, and at most {_MOST_PIXELS}")
+    if not (1 <= columns <= _MAX_PIXELS and 1 <= rows <= _MAX_PIXELS):
+        raise error(f"getCameraImage: width and height must be above 0, and at most {_MAX_PIXELS}")
     view, projection = shown_matrices(world, columns / rows)
     light = picture.PictureLight(
         direction=_LIGHT if lightDirection is None else vector(lightDirection, "lightDirection needs 3 numbers"),

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from simd_client import proto
 from simd_client.proto import GetJointLayoutRequest, RestoreStateRequest, SetJointPropertiesRequest, methods
 
-from . import beyond, constants, filters, put_back, spawning
+from . import outside_limits, constants, filters, initial_settings, spawning
 from .bodies import Body, limits_of
 from .constraints import gear_position
 from .respawn import respawn
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from .constraints import Constraint
     from .filters import Pair
-    from .outgoing import Key
+    from .step_targets import Key
     from .world import World
 
 
@@ -63,9 +63,9 @@ def restore(world: World, name: str) -> None:
     world.wire.call(methods.RestoreState, RestoreStateRequest(name=name))
     world.restored()
     saved = world.saved.get(name, _NOTHING)
-    changed = put_back.differing(world.physics, physics)
+    changed = initial_settings.differing(world.physics, physics)
     if changed:
-        world.set_physics(put_back.settings(physics, changed))
+        world.set_physics(initial_settings.settings(physics, changed))
     world.substeps = substeps
     for before in bodies:
         now = world.bodies.get(before.unique_id)
@@ -126,7 +126,7 @@ def _put_joints(world: World, before: Body, now: Body) -> None:
         joint.friction_sent = known.friction
         if known.damping != joint.damping:
             request.joints.add(joint=joint.name, damping=joint.damping)
-        beyond.came_back(world, now, index, limits_of(known))
+        outside_limits.came_back(world, now, index, limits_of(known))
     if request.joints:
         world.wire.call(methods.SetJointProperties, request)
 

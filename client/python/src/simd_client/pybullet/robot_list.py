@@ -19,7 +19,7 @@ from . import bodies
 from .bodies import Body
 from .drawings import Drawings
 from .errors import error
-from .kept import Notes
+from .script_state import Notes
 from .link_colors import LinkColors
 from .loop import Loop
 
@@ -49,7 +49,7 @@ class Robots(Loop):
         self._numbers: dict[tuple[str, str], tuple[int, int]] | None = None
         # Pairs of body and link that the script switched off or on, the smaller first.
         self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
-        # Numbers of bodies and joints that are beyond their limits; see `beyond.py`.
+        # Numbers of bodies and joints that are beyond their limits; see `outside_limits.py`.
         self.beyond: dict[tuple[int, int], None] = {}
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1

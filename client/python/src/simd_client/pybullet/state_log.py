@@ -30,7 +30,7 @@ from .world import World
 # PyBullet's format: two lines of text (names, a letter for the type of each column), then records, each with
 # these two bytes first.
 _RECORD = b"\xaa\xbb"
-_MOST_JOINTS = 12
+_MAX_JOINTS = 12
 # Maximum wall seconds until the daemon completes a recording.
 _SECONDS = 60.0
 _MINITAUR = [
@@ -273,7 +273,7 @@ def startStateLogging(
     loggingType: int,
     fileName: str,
     objectUniqueIds: Any = None,
-    maxLogDof: int = _MOST_JOINTS,
+    maxLogDof: int = _MAX_JOINTS,
     bodyUniqueIdA: int = -1,
     bodyUniqueIdB: int = -1,
     linkIndexA: int = -2,

@@ -19,8 +19,8 @@ from .world import World
 
 Table = NDArray[np.float64]
 
-_MOST_BYTES = 64 * 1024 * 1024
-_MOST_SAMPLES = 4_000_000
+_MAX_BYTES = 64 * 1024 * 1024
+_MAX_SAMPLES = 4_000_000
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 # Number of values of a pixel by PNG's type of colour: grey, colours, a number in the palette, grey and
 # colours with alpha.
@@ -36,7 +36,7 @@ def read(function: str, path: Path) -> tuple[Table, int, int]:
         error: if the file cannot be read.
     """
     try:
-        if path.stat().st_size > _MOST_BYTES:
+        if path.stat().st_size > _MAX_BYTES:
             raise error(f"{function}: {path.name} has more than 64 MiB")
         data = path.read_bytes()
     except OSError as problem:
@@ -100,8 +100,8 @@ def _of_picture(data: bytes) -> tuple[Table, int, int]:
 def _check(width: int, height: int) -> None:
     if width < 2 or height < 2:
         raise ValueError(f"it has {width} by {height} heights, and must have at least 2 by 2")
-    if width * height > _MOST_SAMPLES:
-        raise ValueError(f"it has {width} by {height} heights, and may have {_MOST_SAMPLES:,}")
+    if width * height > _MAX_SAMPLES:
+        raise ValueError(f"it has {width} by {height} heights, and may have {_MAX_SAMPLES:,}")
 
 
 @dataclass

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from .connections import connected
 from .errors import error
-from .kept import Note
+from .script_state import Note
 
 
 def addUserData(

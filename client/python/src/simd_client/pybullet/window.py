@@ -11,7 +11,7 @@ from simd_client.proto import GetCamerasRequest, SetCameraRequest, ViewCamera, m
 from .arguments import Vector, vector
 from .cameras import ViewMatrix, computeViewMatrixFromYawPitchRoll
 from .connections import connected
-from .kept import Camera
+from .script_state import Camera
 from .rotations import cross, from_euler, rotate
 from .world import World
 

@@ -17,12 +17,12 @@ from simd_client.proto import (
     methods,
 )
 
-from . import beyond
+from . import outside_limits
 from .input_queue import InputQueue
-from .kept import Camera
+from .script_state import Camera
 from .loop import TIME_STEP
 from .primitives import Shapes
-from .put_back import put_back
+from .initial_settings import restore
 from .robot_list import Robots
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class World(Robots):
         self.step_began = perf_counter()
         self.advance()
         if self.beyond:
-            beyond.settle(self)
+            outside_limits.settle(self)
         for log in self._logs.values():
             log(self)
 
@@ -205,6 +205,6 @@ class World(Robots):
             self.sliders.remove_own()
             self.drawings.remove_all()
             if not self.child:
-                put_back(self, self._found)
+                restore(self, self._found)
         finally:
             self.wire.close()

@@ -9,7 +9,7 @@ use simd_proto::v1;
 use super::entity::sha256;
 use super::geometry::finite_vector;
 use crate::convert::field::{BadField, Path};
-use simd_world::handle::{BadMatrix, Drawn, Lens, Light, MOST_PIXELS, PictureView, Plane, Planes};
+use simd_world::handle::{BadMatrix, Drawn, Lens, Light, MAX_PIXELS, PictureView, Plane, Planes};
 
 /// Default time limit of a picture, seconds.
 const PICTURE: f64 = 10.0;
@@ -77,8 +77,8 @@ pub fn view(request: v1::TakePictureRequest) -> Result<(PictureView, Duration), 
     let lens =
         Lens::of_matrices(matrix("view", view)?, matrix("projection", projection)?).map_err(refused)?;
     for (name, pixels) in [("width", width), ("height", height)] {
-        if !(1..=MOST_PIXELS).contains(&pixels) {
-            let expected = format!("it must be between 1 and {MOST_PIXELS} pixels");
+        if !(1..=MAX_PIXELS).contains(&pixels) {
+            let expected = format!("it must be between 1 and {MAX_PIXELS} pixels");
             return Err(Path::ROOT.field(name).refuse(pixels, expected));
         }
     }

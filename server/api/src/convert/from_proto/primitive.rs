@@ -9,7 +9,7 @@ use super::geometry::finite_vector;
 use crate::convert::field::{BadField, Path};
 
 /// Maximum number of shapes of a compound.
-const MOST_PARTS: usize = 1_000;
+const MAX_PARTS: usize = 1_000;
 
 /// Parses a robot of one shape.
 pub fn primitive(at: &Path<'_>, given: v1::Primitive) -> Result<Primitive, BadField> {
@@ -28,8 +28,8 @@ pub fn primitive(at: &Path<'_>, given: v1::Primitive) -> Result<Primitive, BadFi
 /// Parses the shapes of a compound, each with its pose.
 fn parts(at: &Path<'_>, given: v1::CompoundGeometry) -> Result<Vec<(DPose3, Geometry)>, BadField> {
     let count = given.parts.len();
-    if !(1..=MOST_PARTS).contains(&count) {
-        let expected = format!("there must be 1 to {MOST_PARTS}");
+    if !(1..=MAX_PARTS).contains(&count) {
+        let expected = format!("there must be 1 to {MAX_PARTS}");
         return Err(at.field("parts").refuse(count, expected));
     }
     let part = |(index, given): (usize, v1::CompoundPart)| {
@@ -136,7 +136,7 @@ mod tests {
             (Wire::Mesh(v1::MeshGeometry::default()), 0.0, "primitive.mesh.uri"),
             (Wire::Cone(v1::ConeGeometry { radius: 1.0, length: 0.0 }), 0.0, "primitive.cone.length"),
             (compound(Vec::new()), 0.0, "primitive.compound.parts"),
-            (compound(vec![part(1.0); MOST_PARTS + 1]), 0.0, "primitive.compound.parts"),
+            (compound(vec![part(1.0); MAX_PARTS + 1]), 0.0, "primitive.compound.parts"),
             (compound(vec![part(1.0), part(-1.0)]), 0.0, "primitive.compound.parts[1].sphere.radius"),
             (compound(vec![v1::CompoundPart::default()]), 0.0, "primitive.compound.parts[0].geometry"),
         ] {

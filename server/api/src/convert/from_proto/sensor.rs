@@ -12,7 +12,7 @@ use simd_proto::v1::{self, sensor::Kind};
 
 use super::geometry;
 use crate::convert::field::{BadField, Path};
-use simd_world::handle::{MOST_FOLLOWED, SensorCursor, SensorSelection};
+use simd_world::handle::{MAX_WATCHED_SENSORS, SensorCursor, SensorSelection};
 
 /// Parses a sensor to create. The core checks its numbers, and names them by their paths within `sensor`.
 pub fn create(request: v1::CreateSensorRequest) -> Result<CreateSensor, BadField> {
@@ -59,8 +59,8 @@ pub fn newest(request: v1::GetSensorReadingsRequest) -> Result<(Vec<SensorSelect
 pub fn next(request: v1::NextSensorReadingsRequest) -> Result<(Vec<SensorCursor>, Duration), BadField> {
     let v1::NextSensorReadingsRequest { sensors, timeout } = request;
     let timeout = Path::ROOT.field("timeout").seconds(timeout, 0.0..=60.0, 0.0)?;
-    if !(1..=MOST_FOLLOWED).contains(&sensors.len()) {
-        let expected = format!("there must be 1 to {MOST_FOLLOWED}");
+    if !(1..=MAX_WATCHED_SENSORS).contains(&sensors.len()) {
+        let expected = format!("there must be 1 to {MAX_WATCHED_SENSORS}");
         return Err(Path::ROOT
             .field("sensors")
             .refuse(format_args!("a list of {}", sensors.len()), expected));

@@ -7,9 +7,9 @@ use super::stamp;
 use simd_world::handle::{RolloutAnswer, RolloutStart};
 
 /// Maximum number of early-ended copies whose reasons an answer has.
-const MOST_ENDED: usize = 16;
+const MAX_REASONS: usize = 16;
 /// Maximum length of a reason, bytes.
-const MOST_REASON: usize = 500;
+const MAX_REASON_BYTES: usize = 500;
 
 fn count(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
@@ -22,8 +22,8 @@ pub(crate) fn result(answer: &RolloutAnswer) -> v1::RolloutResult {
         RolloutStart::Published(state) => stamp::published(state),
         RolloutStart::Saved(at) => stamp::stamp(*at, None, 0),
     };
-    let ended = batches.iter().flat_map(|batch| &batch.ended).take(MOST_ENDED).map(|ended| {
-        let end = ended.reason.floor_char_boundary(MOST_REASON);
+    let ended = batches.iter().flat_map(|batch| &batch.ended).take(MAX_REASONS).map(|ended| {
+        let end = ended.reason.floor_char_boundary(MAX_REASON_BYTES);
         v1::RolloutEnd {
             copy: count(ended.copy),
             reason: ended.reason.get(..end).unwrap_or_default().to_owned(),

@@ -23,7 +23,7 @@ use crate::dynamics::symmetric::Symmetric;
 use crate::dynamics::tree::JointType;
 
 /// Maximum number of positions of a body, reached by a free one.
-const MOST_POSITIONS: usize = 7;
+const MAX_POSITIONS: usize = 7;
 
 impl Articulation {
     /// Returns unit impulses at a world point of a body along three world directions. They act about the
@@ -132,7 +132,7 @@ impl Articulation {
 
     /// Adds a moment, world, to a single free body's resistance to turning impulses, until velocities are
     /// [computed](Self::start) again.
-    pub(in crate::dynamics) fn stiffen(&mut self, moment: Symmetric) {
+    pub(in crate::dynamics) fn add_turning_resistance(&mut self, moment: Symmetric) {
         let StepScratch { passes, stiffening, .. } = &mut self.scratch;
         if let ([at], [factors]) = (&mut passes.bodies[..], &mut passes.free[..]) {
             at.articulated.moment += moment + *stiffening * -1.0;
@@ -147,7 +147,7 @@ impl Articulation {
         let mut next = Some(body);
         while let Some(body) = next {
             let body = &self.tree.bodies[body];
-            let mut q = [0.0; MOST_POSITIONS];
+            let mut q = [0.0; MAX_POSITIONS];
             let own = &self.state.positions[body.position..][..body.joint_type.positions()];
             q[..own.len()].copy_from_slice(own);
             advance_joint(body.joint_type, &mut q, &velocities[body.velocity..], h);
@@ -208,7 +208,7 @@ impl Articulation {
     }
 
     /// Stores the impulses of the rows of joints for the next step.
-    pub(in crate::dynamics) fn keep_rows(&mut self) {
+    pub(in crate::dynamics) fn store_impulses(&mut self) {
         self.judge_rows();
         self.state.impulses.keep(&self.scratch.constraints.rows);
     }

@@ -20,7 +20,7 @@ pub const REST: f64 = SLOP / 2.0;
 pub const AT_REST: f64 = 1e-9;
 
 /// Maximum depth before the rebound of a hit that another hit causes, metres.
-const MOST_PASSED: f64 = 2e-3;
+const MAX_REBOUND_DEPTH: f64 = 2e-3;
 
 /// Part of an overlap that position correction removes in a step.
 pub const OVERLAP_REDUCTION: f64 = 0.2;
@@ -84,7 +84,7 @@ impl Contact {
 
     /// Copies the impulses of the same contact in the previous part of a step. Their sum starts from zero if
     /// a step `begins`.
-    pub fn go_on_from(&mut self, known: &Self, begins: bool) {
+    pub fn warm_start_from(&mut self, known: &Self, begins: bool) {
         let Self { impulse, turning_impulse, is_least, total, .. } = *known;
         (self.impulse, self.turning_impulse) = (impulse, turning_impulse);
         (self.is_least, self.total) = (is_least, if begins { DVec3::ZERO } else { total });
@@ -206,7 +206,13 @@ impl ContactRows {
     ///
     /// A spring and a damper are implicit, p = h (-k (d + h v) - c v), as in MuJoCo and Bullet. They are
     /// stable at any stiffness, and exact at rest.
-    pub fn aim(&mut self, contact: &Contact, before: [f64; 3], turning: [f64; 3], (gravity, h): (f64, f64)) {
+    pub fn set_targets(
+        &mut self,
+        contact: &Contact,
+        before: [f64; 3],
+        turning: [f64; 3],
+        (gravity, h): (f64, f64),
+    ) {
         let ContactPoint { distance, surface, .. } = contact.point;
         let [leaving, drift @ ..] = [0, 1, 2].map(|i| contact_law::leaving(turning[i], before[i]));
         let [before, ..] = before;
@@ -232,7 +238,7 @@ impl ContactRows {
     /// Returns whether it did.
     ///
     /// A ball that is hit and meets another one within the step was not predicted to do so. Stopping it at
-    /// the meeting point without rebound would remove energy. It moves on by at most [`MOST_PASSED`], and
+    /// the meeting point without rebound would remove energy. It moves on by at most [`MAX_REBOUND_DEPTH`], and
     /// rebounds in the next step.
     pub fn postpone_hit(
         &mut self,
@@ -248,7 +254,7 @@ impl ContactRows {
         }
         let approach = self.velocities(blocks, velocities)[0] - self.effect[0] * self.impulse[0];
         let hits = approach < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
-        if !hits || distance + h * approach < -MOST_PASSED {
+        if !hits || distance + h * approach < -MAX_REBOUND_DEPTH {
             return false;
         }
         self.apply_impulse(blocks, self.impulse.map(|impulse| -impulse), velocities);

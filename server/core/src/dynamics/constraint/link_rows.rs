@@ -54,7 +54,7 @@ pub const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
 
 /// Largest departure from the tangent in one step, m or rad. A larger one means that something was
 /// teleported.
-const MOST_BENT: f64 = 1e-2;
+const MAX_DEPARTURE: f64 = 1e-2;
 
 /// Threshold of J below which no joint can move a row, metres, and for torques 1.
 const IMMOVABLE: [f64; 2] = [1e-10, 1e-4];
@@ -78,7 +78,7 @@ const UNSTEADY: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// Predicted errors, as far as they are linear, m or rad.
-    pub foreseen: [f64; 3],
+    pub predicted: [f64; 3],
     /// Departure from the tangent in the previous step, m or rad.
     pub bent: [f64; 3],
 }
@@ -189,14 +189,14 @@ impl Aim {
 
 impl LinkRows {
     /// Predicts from the last step how far this one leaves its tangent.
-    pub fn foresee(&mut self, last: Option<Motion>) {
+    pub fn predict_drift(&mut self, last: Option<Motion>) {
         (self.bent, self.ahead) = ([0.0; 3], [0.0; 3]);
-        if let Some(Motion { foreseen, bent: before }) = last.filter(|_| !self.is_slack()) {
-            let bent = DVec3::from_array(self.errors) - DVec3::from_array(foreseen);
+        if let Some(Motion { predicted, bent: before }) = last.filter(|_| !self.is_slack()) {
+            let bent = DVec3::from_array(self.errors) - DVec3::from_array(predicted);
             let (size, change) = (bent.length(), bent.distance(DVec3::from_array(before)));
             // A quantity that changes this fast from step to step is not predictable: using it would damp the
             // motion across the constraint.
-            if size > 0.0 && size < MOST_BENT && !self.is_far() {
+            if size > 0.0 && size < MAX_DEPARTURE && !self.is_far() {
                 self.ahead = (bent * (1.0 - UNSTEADY * change / size).max(0.0)).to_array();
             }
             self.bent = bent.to_array();
@@ -205,7 +205,7 @@ impl LinkRows {
     }
 
     /// Computes the targets.
-    fn aim(&mut self) {
+    fn set_targets(&mut self) {
         let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / self.h);
         self.aimed = if self.is_slack() {
             // It may move until it is tight.
@@ -217,11 +217,11 @@ impl LinkRows {
         } else {
             [0.0; 3]
         };
-        self.aim_ahead(self.ahead);
+        self.set_drift_targets(self.ahead);
     }
 
     /// Recomputes the targets for an assumed departure of a step from its tangent, m or rad.
-    pub fn aim_ahead(&mut self, ahead: [f64; 3]) {
+    pub fn set_drift_targets(&mut self, ahead: [f64; 3]) {
         self.ahead = ahead;
         self.targets = weigh(self.directions, [0, 1, 2].map(|k| self.aimed[k] - ahead[k] / self.h));
     }
@@ -278,7 +278,7 @@ impl LinkRows {
         self.is_pulled = false;
         (self.ahead, self.first_ahead) = ([0.0; 3], [0.0; 3]);
         self.soften(COMPLIANCE);
-        self.aim();
+        self.set_targets();
     }
 
     /// Computes J M^-1 J' from the blocks. A direction in which no joint can move, such as out of the plane
@@ -297,7 +297,7 @@ impl LinkRows {
         } else {
             COMPLIANCE
         });
-        self.aim();
+        self.set_targets();
     }
 
     /// Returns the mean J M^-1 J' of its rows.

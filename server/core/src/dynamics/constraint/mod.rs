@@ -21,7 +21,7 @@ pub mod turning;
 pub use multi_rhs::{MultiRhsSolve, respond_to_joints, respond_to_unit_forces};
 pub use response::{PlacedBody, Turning, project, project_onto, respond, respond_to_force, single_body_rows};
 pub use rows::{Impulses, collect};
-pub(in crate::dynamics) use rows::{NEAR, limit_bias};
+pub(in crate::dynamics) use rows::{LIMIT_MARGIN, limit_bias};
 pub use solve::{prepare, solve, sweep};
 
 /// Part of a position error that is corrected in a step.
@@ -33,7 +33,7 @@ pub const WARM_START: f64 = 1.0;
 
 /// Maximum change of a limit's velocity by its initial impulse, as a multiple of the largest error of its
 /// robot's rows.
-pub const MOST_START: f64 = 10.0;
+pub const MAX_LIMIT_START: f64 = 10.0;
 
 /// Maximum number of sweeps.
 pub const MAX_SWEEPS: usize = 100;

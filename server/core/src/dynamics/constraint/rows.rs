@@ -142,7 +142,7 @@ pub fn collect(
         let limits = &axes[velocity].settings.limits;
         // Other rows and joints may still change the velocity: look ahead twice as far as it moves, and a
         // little further.
-        let reach = 2.0 * h * velocities[velocity].abs() + NEAR;
+        let reach = 2.0 * h * velocities[velocity].abs() + LIMIT_MARGIN;
         if let Some(lower) = limits.lower {
             let distance = position - lower;
             if distance < reach {
@@ -173,4 +173,4 @@ pub(in crate::dynamics) fn limit_bias<R: Real>(distance: R, h: R) -> R {
 }
 
 /// Distance from a limit within which a joint has a row whatever its velocity, rad or m.
-pub(in crate::dynamics) const NEAR: f64 = 1e-3;
+pub(in crate::dynamics) const LIMIT_MARGIN: f64 = 1e-3;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Maximum number of runs of velocities for which a side stores J.
-const MOST_SPANS: usize = 3;
+const MAX_SPANS: usize = 3;
 
 /// Run of consecutive velocities.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub struct Side {
     pub at: usize,
     /// Velocities for which J has columns, from the root on; other columns are zero. Unused spans have length
     /// 0, and come first.
-    pub spans: [Span; MOST_SPANS],
+    pub spans: [Span; MAX_SPANS],
     /// Whether it is two bodies of one robot.
     pub is_pair: bool,
 }
@@ -168,7 +168,7 @@ impl Side {
     /// Returns whether its robot has six velocities, and J columns for all of them.
     #[inline(always)]
     pub fn moves_six(&self) -> bool {
-        self.len == 6 && self.spans[MOST_SPANS - 1].len == 6
+        self.len == 6 && self.spans[MAX_SPANS - 1].len == 6
     }
 
     /// Adds J qd to the sums of each row, separately for even and odd columns.

@@ -1,6 +1,6 @@
 //! Projected Gauss-Seidel on the velocities of one robot: its rows of joints.
 
-use super::{Constraints, MAX_SWEEPS, MOST_START, RowKey, SETTLED, respond, respond_to_joints};
+use super::{Constraints, MAX_LIMIT_START, MAX_SWEEPS, RowKey, SETTLED, respond, respond_to_joints};
 use crate::dynamics::scratch::{MAX_RHS, Scratch};
 use crate::dynamics::tree::Tree;
 
@@ -70,7 +70,7 @@ fn find_responses(tree: &Tree, q: &[f64], constraints: &mut Constraints, scratch
 /// long to undo them, since both limits of a joint alternate.
 fn drop_useless_starts(Constraints { rows, .. }: &mut Constraints, velocities: &[f64]) {
     let asked = rows.iter().map(|row| row.velocity(velocities).abs() + row.bias.abs());
-    let most = MOST_START * asked.fold(0.0, f64::max);
+    let most = MAX_LIMIT_START * asked.fold(0.0, f64::max);
     for row in rows.iter_mut().filter(|row| matches!(row.key, RowKey::Lower(_) | RowKey::Upper(_))) {
         if row.impulse * row.effect > most {
             row.impulse = 0.0;

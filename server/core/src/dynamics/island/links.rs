@@ -68,7 +68,7 @@ impl Island {
                 link.is_pulled &= !link.is_slack() && !is_idle;
                 let is_smooth = !link.is_one_sided || kept[0] > 0.0;
                 let motion = constraint.motion.filter(|_| is_smooth);
-                link.foresee(motion.map(|motion| motion[usize::from(turns)]));
+                link.predict_drift(motion.map(|motion| motion[usize::from(turns)]));
                 self.links.push(link);
             };
             if let ConstraintKind::Gear { ratio, offset } = definition.kind {
@@ -225,7 +225,7 @@ impl Island {
 
     /// Stores the errors that the velocities lead to, which positions then follow. Call it before positions
     /// are updated.
-    pub(super) fn foresee<R: AsMut<Articulation>>(
+    pub(super) fn store_predicted_errors<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         constraints: &mut [ActiveConstraint<'_>],
@@ -238,13 +238,13 @@ impl Island {
         let is_known = !self.links.iter().any(LinkRows::is_put_far)
             && !robots.iter_mut().any(|robot| robot.as_mut().halves_its_kick());
         for of in &mut *constraints {
-            of.constraint.motion = is_known.then_some([Motion { foreseen: [0.0; 3], bent: [0.0; 3] }; 2]);
+            of.constraint.motion = is_known.then_some([Motion { predicted: [0.0; 3], bent: [0.0; 3] }; 2]);
         }
         for link in self.links.iter().filter(|link| is_known && !link.is_brake) {
             let velocities = link.rows.velocities(&self.blocks, &self.velocities);
             if let Some(motion) = &mut constraints[link.rows.contact].constraint.motion {
-                let foreseen = [0, 1, 2].map(|k| link.errors[k] + h * velocities[k]);
-                motion[usize::from(link.turns)] = Motion { foreseen, bent: link.bent };
+                let predicted = [0, 1, 2].map(|k| link.errors[k] + h * velocities[k]);
+                motion[usize::from(link.turns)] = Motion { predicted, bent: link.bent };
             }
         }
     }

@@ -5,7 +5,7 @@ use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::momentum::sweep_carried;
 
 /// Maximum number of sweeps. With momentum they come as near as twice as many without.
-const MOST_SWEEPS: usize = 25;
+const MAX_SWEEPS: usize = 25;
 
 impl Island {
     /// Sweeps with [`Momentum`](crate::dynamics::constraint::momentum::Momentum), several contacts at once if
@@ -24,7 +24,7 @@ impl Island {
         // In both kinds of sweeps, so that a step allocates nothing when the kind changes.
         impulses_before.extend(rows.iter().map(|rows| rows.impulse));
         let bodies = placed.iter().map(|placed| placed.map(|placed| placed.body));
-        let until = (MOST_SWEEPS, SETTLED);
+        let until = (MAX_SWEEPS, SETTLED);
         let at_once = if single_bodies.take(bodies) {
             single_bodies.sweep((rows, blocks), (velocities, momentum), until, interrupt)
         } else {
@@ -37,11 +37,11 @@ impl Island {
 
     fn sweep_one_by_one(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
         let Self { rows, blocks, velocities, momentum, impulses_before, .. } = self;
-        for sweep in 0..MOST_SWEEPS {
+        for sweep in 0..MAX_SWEEPS {
             if interrupt() {
                 return false;
             }
-            let part = momentum.carry(velocities, sweep + 1 == MOST_SWEEPS);
+            let part = momentum.carry(velocities, sweep + 1 == MAX_SWEEPS);
             let change = sweep_carried((rows, impulses_before), part, blocks, velocities);
             if change <= SETTLED {
                 break;

@@ -23,11 +23,11 @@ const MAX_ROUNDS: usize = 20;
 const ENOUGH: f64 = 1e-10;
 
 /// Largest departure from the tangent in a step that is corrected, m or rad.
-const MOST_BENT: f64 = 0.1;
+const MAX_DEPARTURE: f64 = 0.1;
 
 /// Largest change of a departure from step to step that is corrected, m or rad; larger ones are damped. For
 /// robots with joints, which are not stiffened as [single bodies](super::stiffening) are.
-const MOST_SUDDEN: f64 = 1e-5;
+const MAX_DEPARTURE_CHANGE: f64 = 1e-5;
 
 impl Island {
     /// Makes positions after a step of `h` satisfy the constraints. Does nothing if rows were not solved
@@ -63,7 +63,7 @@ impl Island {
             }
             for link in &mut self.links {
                 let ahead = if comes_nearer { link.bending } else { link.first_ahead };
-                link.aim_ahead(ahead);
+                link.set_drift_targets(ahead);
             }
             let Self { members, rows, links, blocks, velocities, free, direct, .. } = self;
             let system = System { robots: &mut *robots, members, rows, links, blocks, free, velocities };
@@ -109,8 +109,8 @@ impl Island {
                 .iter()
                 .all(|(member, body)| body.is_none() || robots[*member].as_mut().free_moment().is_some());
             let sudden = DVec3::from_array(bending).distance(DVec3::from_array(link.first_ahead));
-            let is_followed =
-                DVec3::from_array(bending).length() <= MOST_BENT && (is_single || sudden <= MOST_SUDDEN);
+            let is_followed = DVec3::from_array(bending).length() <= MAX_DEPARTURE
+                && (is_single || sudden <= MAX_DEPARTURE_CHANGE);
             if is_followed {
                 link.bending = bending;
                 let change = weigh(link.directions, [0, 1, 2].map(|k| bending[k] - link.ahead[k]));

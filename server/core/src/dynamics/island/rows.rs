@@ -122,7 +122,7 @@ impl Island {
     }
 
     /// Sets the targets of the normal velocities.
-    pub(super) fn aim<R: AsMut<Articulation>>(
+    pub(super) fn set_targets<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         contacts: &[&mut Contact],
@@ -165,7 +165,7 @@ impl Island {
                     [0.0, t, u]
                 }
             };
-            rows.aim(contact, before, turning, (gravity.length(), h));
+            rows.set_targets(contact, before, turning, (gravity.length(), h));
         }
         let links = self.links.iter_mut().map(|link| &mut link.rows);
         for rows in self.turning.iter_mut().map(|turning| &mut turning.rows).chain(links) {

@@ -40,7 +40,7 @@ const ROUNDING: f64 = 1e-9;
 const NO_WAY: f64 = 1e-11;
 
 /// Largest displacement in a step that counts as linear, rad and m.
-const MOST_MOVED: f64 = 0.1;
+const MAX_LINEAR_DISPLACEMENT: f64 = 0.1;
 
 /// Rounds of the direct solver, and sweeps if it finds no solution.
 const ROUNDS: usize = 12;
@@ -250,7 +250,7 @@ impl Island {
             let is_slack = link.is_one_sided && link.errors_after[0] > 0.0;
             let errors = if is_off(link) || is_slack { link.errors_after } else { [0.0; 3] };
             link.aimed = errors.map(|error| -error / h);
-            link.aim_ahead([0.0; 3]);
+            link.set_drift_targets([0.0; 3]);
             if link.compliance > 0.0 {
                 link.soften(DAMPINGS[level]);
             }
@@ -281,8 +281,8 @@ impl Island {
         let largest = step.iter().fold(0.0f64, |largest, step| largest.max(step.abs()));
         if !step.iter().all(|step| step.is_finite()) {
             step.fill(0.0);
-        } else if largest * h > MOST_MOVED {
-            part = MOST_MOVED / (largest * h);
+        } else if largest * h > MAX_LINEAR_DISPLACEMENT {
+            part = MAX_LINEAR_DISPLACEMENT / (largest * h);
         }
         for link in links.iter() {
             let speed = DVec3::from_array(link.rows.velocities(blocks, step)).length();

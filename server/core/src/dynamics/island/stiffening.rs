@@ -76,16 +76,16 @@ impl Island {
     }
 
     /// Applies the computed moments to the bodies' resistance.
-    pub(super) fn stiffen<R: AsMut<Articulation>>(&self, robots: &mut [R]) {
+    pub(super) fn apply_stiffening<R: AsMut<Articulation>>(&self, robots: &mut [R]) {
         for (robot, stiffening) in robots.iter_mut().zip(&self.stiffening) {
             if *stiffening != Symmetric::ZERO {
-                robot.as_mut().stiffen(*stiffening);
+                robot.as_mut().add_turning_resistance(*stiffening);
             }
         }
     }
 
     /// Brakes the relative swinging of stiffened bodies.
-    pub(super) fn brake<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
+    pub(super) fn brake_swinging<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         let Self { members, links, stiffening, velocities, scratch, .. } = self;
         for link in links.iter().filter(|link| !link.turns && link.gear.is_none() && !link.is_brake) {
             let [(a, Some(_)), (b, Some(_))] = link.ends else { continue };

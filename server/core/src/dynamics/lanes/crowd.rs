@@ -8,7 +8,7 @@ use glamx::DVec3;
 use pulp::{Simd, WithSimd};
 
 use super::clearance::LaneClearance;
-use super::feet::{MOST_FEET, MOST_VELOCITIES, can_be_foot, is_simple};
+use super::feet::{MAX_FEET, MAX_VELOCITIES, can_be_foot, is_simple};
 use super::robot::{LaneRobot, Stepping, fits_lanes};
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::island::MANY;
@@ -60,7 +60,7 @@ impl WithSimd for Make<'_> {
 
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self(tree, least) = self;
-        let is_small = tree.velocity_count <= MOST_VELOCITIES;
+        let is_small = tree.velocity_count <= MAX_VELOCITIES;
         if S::F64_LANES < least || !is_small || !fits_lanes(tree) {
             return None;
         }
@@ -68,7 +68,7 @@ impl WithSimd for Make<'_> {
             lanes: LaneRobot::new(simd, tree, DVec3::ZERO, (1.0, 1), Integrator::Leapfrog),
             can_touch: (0..tree.bodies.len()).map(|body| can_be_foot(tree, body)).collect(),
             touched: Vec::new(),
-            slots: vec![[0; MOST_FEET]; S::F64_LANES],
+            slots: vec![[0; MAX_FEET]; S::F64_LANES],
             kept_for: 0,
         }))
     }
@@ -85,7 +85,7 @@ struct Members<S: Simd> {
     /// Slots for contacts; each robot's contacts follow this order.
     touched: Vec<Touched>,
     /// Slot of each contact of the robot, by lane.
-    slots: Vec<[usize; MOST_FEET]>,
+    slots: Vec<[usize; MAX_FEET]>,
     /// Number of parts of steps for which slots are still kept.
     kept_for: u32,
 }
@@ -135,7 +135,7 @@ impl<S: Simd> Crowd for Members<S> {
         if contacts.is_empty() {
             return true;
         }
-        let fits = contacts.len() <= MOST_FEET && !self.lanes.tree.fixed_base;
+        let fits = contacts.len() <= MAX_FEET && !self.lanes.tree.fixed_base;
         let (mut next, mut missing) = (0, 0);
         for contact in contacts {
             let Some(own) = self.known(index, contacts, contact).filter(|_| fits) else { return false };
@@ -147,7 +147,7 @@ impl<S: Simd> Crowd for Members<S> {
         if missing == 0 {
             return true;
         }
-        if self.touched.len() + missing > MOST_FEET {
+        if self.touched.len() + missing > MAX_FEET {
             if self.kept_for > 0 {
                 return false;
             }

@@ -23,10 +23,10 @@ use crate::dynamics::real::{MaskOf as _, MatrixOf as _, Real as _, VectorOf as _
 use crate::dynamics::tree::Tree;
 
 /// Maximum number of pairs of a ball and a plane; robots with more of them step alone.
-pub const MOST_FEET: usize = 8;
+pub const MAX_FEET: usize = 8;
 
 /// Maximum number of velocities of a robot with feet: the memory for feet grows with their square.
-pub(super) const MOST_VELOCITIES: usize = 128;
+pub(super) const MAX_VELOCITIES: usize = 128;
 
 /// Margin by which a guarded shape is enlarged, metres: far above rounding.
 const ROUNDING: f64 = 1e-6;
@@ -365,7 +365,7 @@ pub fn can_be_foot(tree: &Tree, body: usize) -> bool {
     let root = tree.root_velocities();
     let above = std::iter::successors(Some(body), |body| tree.bodies[*body].parent);
     let joints = above.filter(|body| *body > 0).count();
-    let is_small = tree.velocity_count <= MOST_VELOCITIES;
+    let is_small = tree.velocity_count <= MAX_VELOCITIES;
     is_small && root > 0 && body > 0 && columns(tree, body).len() == root + joints
 }
 

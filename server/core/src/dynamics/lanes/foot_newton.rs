@@ -4,7 +4,7 @@
 
 use pulp::Simd;
 
-use super::feet::MOST_FEET;
+use super::feet::MAX_FEET;
 use super::foot_rows::{Foot, FootNewton};
 use super::foot_solver::FootSolver;
 use crate::dynamics::constraint::contact_law::TOLERANCE;
@@ -244,12 +244,12 @@ impl<S: Simd> FootSolver<S> {
         if !slips.any() {
             return;
         }
-        let (mut bounds, mut residuals) = ([zero; MOST_FEET], [zero; MOST_FEET]);
+        let (mut bounds, mut residuals) = ([zero; MAX_FEET], [zero; MAX_FEET]);
         for ((slot, residual), foot) in bounds.iter_mut().zip(&mut residuals).zip(&*feet) {
             let FootNewton { slipped, bound, bound_residual, .. } = foot.newton;
             (*slot, *residual) = (slipped.select(bound, zero), bound_residual);
         }
-        let count = feet.len().min(MOST_FEET);
+        let count = feet.len().min(MAX_FEET);
         anderson.advance(slips, &mut bounds[..count], &residuals[..count]);
         for (foot, bound) in feet.iter_mut().zip(bounds) {
             let on = slips & foot.newton.slipped;

@@ -216,7 +216,7 @@ impl<S: Simd> Foot<S> {
 
     /// Sets the target velocities, from those before the step.
     #[inline(always)]
-    pub(super) fn aim(&mut self, before: &[Lanes<S>], h: f64) {
+    pub(super) fn set_targets(&mut self, before: &[Lanes<S>], h: f64) {
         let zero = self.target.splat(0.0);
         let before = self.velocities(before);
         let half = zero.splat(-0.5 * h);

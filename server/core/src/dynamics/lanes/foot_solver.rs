@@ -115,9 +115,9 @@ impl<S: Simd> FootSolver<S> {
 
     /// Sets the targets of feet.
     #[inline(always)]
-    fn aim(&mut self, h: f64) {
+    fn set_targets(&mut self, h: f64) {
         for foot in &mut self.feet {
-            foot.aim(&self.before, h);
+            foot.set_targets(&self.before, h);
         }
     }
 
@@ -319,7 +319,7 @@ impl<S: Simd> LaneRobot<S> {
             self.take_joint_rows(lanes);
             self.feet.solver.was_least = self.were_least();
             self.find_arcs();
-            self.feet.solver.aim(self.stepping.h);
+            self.feet.solver.set_targets(self.stepping.h);
         }
         self.measure_joint_rows();
         self.feet.solver.start(lanes);

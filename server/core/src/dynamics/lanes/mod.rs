@@ -52,7 +52,7 @@ use std::sync::Arc;
 
 pub use clearance::Clearance;
 pub use crowd::{Crowd, crowd};
-pub use feet::{FootPair, Guard, MOST_FEET, can_be_foot};
+pub use feet::{FootPair, Guard, MAX_FEET, can_be_foot};
 use glamx::DVec3;
 use pulp::{Simd, WithSimd};
 pub use robot::{LaneRobot, fits_lanes};

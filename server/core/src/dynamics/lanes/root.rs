@@ -93,7 +93,7 @@ impl<S: Simd> LaneRobot<S> {
     /// Integrates the root with its new velocities. The masks are the lanes whose last step and this one are
     /// smooth, and those in which the one before is smooth too.
     #[inline(always)]
-    pub(super) fn finish_root(&mut self, kinked: Mask<S>, is_smooth: Mask<S>, is_twice: Mask<S>) {
+    pub(super) fn finish_root(&mut self, discontinuous: Mask<S>, is_smooth: Mask<S>, is_twice: Mask<S>) {
         let zero = self.occupied.splat(0.0);
         let (h, half) = (zero.splat(self.stepping.h), zero.splat(0.5));
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
@@ -108,7 +108,7 @@ impl<S: Simd> LaneRobot<S> {
             let drift = is_twice.select(root.changes[k] - root.changes_before[k], zero);
             let ahead = half * (root.changes[k] + half * drift);
             let end = new + (is_smooth | is_twice).select(ahead, zero);
-            root.velocities[k] = if is_leapfrog { kinked.select(new, end) } else { new };
+            root.velocities[k] = if is_leapfrog { discontinuous.select(new, end) } else { new };
         }
         // Rotations take sines and a square root, by the function of the one-robot step: another one would
         // give other bits.

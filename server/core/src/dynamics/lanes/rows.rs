@@ -5,7 +5,7 @@ use pulp::Simd;
 
 use super::joint::Row;
 use super::robot::LaneRobot;
-use crate::dynamics::constraint::{MAX_SWEEPS, MOST_START, NEAR, SETTLED, limit_bias};
+use crate::dynamics::constraint::{LIMIT_MARGIN, MAX_LIMIT_START, MAX_SWEEPS, SETTLED, limit_bias};
 use crate::dynamics::integrator::ARRIVES;
 use crate::dynamics::lane::number::{Lanes, Mask};
 use crate::dynamics::real::{MaskOf as _, Real as _};
@@ -37,7 +37,7 @@ impl<S: Simd> LaneRobot<S> {
                 bias: zero,
                 impulse: state.friction.clamp(-most, most),
             };
-            let reach = zero.splat(2.0) * h * at.new_velocity.abs() + zero.splat(NEAR);
+            let reach = zero.splat(2.0) * h * at.new_velocity.abs() + zero.splat(LIMIT_MARGIN);
             for (side, distance, warm) in [
                 (LOWER, state.position - law.lower, state.lower),
                 (UPPER, law.upper - state.position, state.upper),
@@ -110,7 +110,7 @@ impl<S: Simd> LaneRobot<S> {
                 asked = (zero.lt(row.is_there) & going).select(asked.max(own), asked);
             }
         }
-        let most = zero.splat(MOST_START) * asked;
+        let most = zero.splat(MAX_LIMIT_START) * asked;
         let n = self.bodies.len();
         for joint in self.first..n {
             let effect = self.responses[joint * n + joint];
@@ -184,25 +184,27 @@ impl<S: Simd> LaneRobot<S> {
     /// Stores the impulses of some lanes for the next step. Returns the lanes in which a limit or dry
     /// friction has begun or ceased to hold, friction has reversed, or a limit stops a joint.
     #[inline(always)]
-    pub(super) fn keep_rows(&mut self, going: Mask<S>) -> Mask<S> {
+    pub(super) fn store_impulses(&mut self, going: Mask<S>) -> Mask<S> {
         let zero = self.occupied.splat(0.0);
-        let mut kinked = zero.lt(zero);
+        let mut discontinuous = zero.lt(zero);
         for (state, at) in self.states[self.first..].iter_mut().zip(&self.bodies[self.first..]) {
             let most = at.most_friction;
             let [friction, lower, upper] = at.rows;
             let has = zero.lt(friction.is_there) & going;
-            kinked = kinked | (has & !way(friction.impulse, most).equals(way(state.friction, most)));
+            discontinuous =
+                discontinuous | (has & !way(friction.impulse, most).equals(way(state.friction, most)));
             state.friction = going.select(has.select(friction.impulse, zero), state.friction);
             let arrives = zero.splat(ARRIVES);
             let (down, up) = (arrives.lt(-state.half_velocity), arrives.lt(state.half_velocity));
             for (row, before, towards) in [(lower, &mut state.lower, down), (upper, &mut state.upper, up)] {
                 let has = zero.lt(row.is_there) & going;
                 let (holds, held) = (row.impulse.equals(zero).numbers(), before.equals(zero).numbers());
-                kinked = kinked | (has & (!holds.equals(held) | (!row.impulse.equals(zero) & towards)));
+                discontinuous =
+                    discontinuous | (has & (!holds.equals(held) | (!row.impulse.equals(zero) & towards)));
                 *before = going.select(has.select(row.impulse, zero), *before);
             }
         }
-        kinked
+        discontinuous
     }
 }
 

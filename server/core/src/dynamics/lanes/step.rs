@@ -79,7 +79,7 @@ impl<S: Simd> LaneRobot<S> {
             self.root.half_velocities = self.root.velocities;
         }
         self.set_drives();
-        let (mut going, mut kinked, mut has_rows) = (taken, zero.lt(zero), false);
+        let (mut going, mut discontinuous, mut has_rows) = (taken, zero.lt(zero), false);
         let (mut weakened, mut disturbed) = (zero.lt(zero), zero.lt(zero));
         for round in 0..MAX_ROUNDS {
             self.gather_inertia();
@@ -101,20 +101,20 @@ impl<S: Simd> LaneRobot<S> {
                 disturbed = disturbed | (clear & self.is_disturbed());
             }
             // With touching feet, the rows include all rounds.
-            kinked = kinked | self.keep_rows(clear);
+            discontinuous = discontinuous | self.store_impulses(clear);
             going = self.saturate(going, round, &mut weakened);
-            kinked = kinked | going;
+            discontinuous = discontinuous | going;
             if !going.any() {
                 break;
             }
         }
         if touching.any() {
-            kinked = kinked | self.keep_rows(touching);
+            discontinuous = discontinuous | self.store_impulses(touching);
             self.keep_contacts(touching, self.feet.solver.was_least);
         }
-        let kinked = kinked | self.set_ways(touching);
+        let discontinuous = discontinuous | self.set_ways(touching);
         self.note_efforts(weakened);
-        self.finish(kinked);
+        self.finish(discontinuous);
         if is_leapfrog { is_done & !is_fast & !disturbed } else { is_done }
     }
 
@@ -170,7 +170,7 @@ impl<S: Simd> LaneRobot<S> {
 
     /// Integrates with the new velocities.
     #[inline(always)]
-    fn finish(&mut self, kinked: Mask<S>) {
+    fn finish(&mut self, discontinuous: Mask<S>) {
         let zero = self.occupied.splat(0.0);
         let h = zero.splat(self.stepping.h);
         let is_leapfrog = self.stepping.integrator == Integrator::Leapfrog;
@@ -184,11 +184,11 @@ impl<S: Simd> LaneRobot<S> {
             let begins = before.equals(was_kinked) | before.equals(was_given);
             let after = begins.select(smooth, twice);
             let after = before.equals(was_interrupted).select(was_kinked, after);
-            self.history = kinked.select(was_kinked, after);
+            self.history = discontinuous.select(was_kinked, after);
         }
         let (is_smooth, is_twice) = (self.history.equals(smooth), self.history.equals(twice));
         if self.first > 0 {
-            self.finish_root(kinked, is_smooth, is_twice);
+            self.finish_root(discontinuous, is_smooth, is_twice);
         }
         let first = self.first;
         let joints = self.states[first..].iter_mut().zip(&self.laws[first..]);
@@ -206,13 +206,13 @@ impl<S: Simd> LaneRobot<S> {
                 state.velocity = new;
                 continue;
             }
-            let foreseen = at.implicitness.decay() * state.change_before;
-            let drift = is_twice.select(state.change - foreseen, zero);
+            let predicted = at.implicitness.decay() * state.change_before;
+            let drift = is_twice.select(state.change - predicted, zero);
             let ahead = at.implicitness.ahead(state.change, drift);
             let end = new + (is_smooth | is_twice).select(ahead, zero);
             let turns = (end * new).lt(zero) & zero.lt(law.friction);
             let end = turns.select(zero, end);
-            state.velocity = kinked.select(new, end);
+            state.velocity = discontinuous.select(new, end);
         }
     }
 }

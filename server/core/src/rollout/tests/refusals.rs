@@ -145,14 +145,14 @@ fn numbers_that_cannot_be_are_named_by_their_fields() {
 
 #[test]
 fn too_much_is_refused_before_memory_is_taken_for_it() {
-    let copies = MOST_COPIES + 1;
+    let copies = MAX_COPIES + 1;
     assert_eq!(
         said(all_of_it(copies, 1)),
-        format!("the number of copies would be {copies}, and the limit is {MOST_COPIES}")
+        format!("the number of copies would be {copies}, and the limit is {MAX_COPIES}")
     );
-    let steps = MOST_STEPS + 1;
+    let steps = MAX_STEPS + 1;
     assert!(said(all_of_it(1, steps)).contains("the number of steps would be 1000001"));
-    let much = said(all_of_it(MOST_COPIES, MOST_STEPS));
+    let much = said(all_of_it(MAX_COPIES, MAX_STEPS));
     assert!(much.starts_with("the bytes of the rollout's answer would be "), "{much}");
     let quantities = vec![Quantity::ContactCount("arm".into()); 257];
     assert!(said(RolloutRequest { quantities, ..all_of_it(1, 1) }).contains("the number of quantities"));

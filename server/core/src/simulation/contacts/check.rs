@@ -1,7 +1,7 @@
 //! Validation of contacts, overlaps and pairs from elsewhere against the present robots.
 
 use super::key;
-use crate::collision::{ContactPoint, MOST_OF_PAIR, RobotLinkPair, Side};
+use crate::collision::{ContactPoint, MAX_PAIR_POINTS, RobotLinkPair, Side};
 use crate::dynamics::constraint::contact::Contact;
 use crate::simulation::entity::Entity;
 use crate::simulation::world_state::Pair;
@@ -44,8 +44,8 @@ pub(in crate::simulation) fn complete(robots: &[Entity], contacts: &mut [Contact
             Some((known, index)) if known == pair => index + 1,
             _ => 0,
         };
-        if *index >= MOST_OF_PAIR {
-            return Err(format!("there are more than {MOST_OF_PAIR} contacts between two colliders"));
+        if *index >= MAX_PAIR_POINTS {
+            return Err(format!("there are more than {MAX_PAIR_POINTS} contacts between two colliders"));
         }
         before = Some((pair, *index));
     }

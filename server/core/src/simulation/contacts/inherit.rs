@@ -57,7 +57,7 @@ impl<'a> PreviousContacts<'a> {
                 let Some((i, known)) = nearest else { continue };
                 if single || way(known) < SAME_POINT * SAME_POINT {
                     taken |= 1 << i;
-                    contact.go_on_from(known, begins);
+                    contact.warm_start_from(known, begins);
                 }
                 if single {
                     contact.follow(known);

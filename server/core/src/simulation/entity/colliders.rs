@@ -5,8 +5,8 @@ use std::sync::Arc;
 use simd_model::robot::Material;
 
 use super::Entity;
-use crate::collision::{MOST_OWN_PAIRS, RobotColliders, Shapes, Surface};
-use crate::dynamics::contact_point::{MOST_DAMPING, STIFFNESS};
+use crate::collision::{MAX_OWN_PAIRS, RobotColliders, Shapes, Surface};
+use crate::dynamics::contact_point::{MAX_DAMPING, STIFFNESS};
 use crate::dynamics::link_damping::LinkDamping;
 use crate::dynamics::{Articulation, Tree};
 use crate::simulation::check;
@@ -14,7 +14,7 @@ use crate::simulation::contact_settings::LinkProperties;
 use crate::simulation::error::Error;
 
 /// Maximum of Coulomb's coefficient, and of friction against rolling and spinning in metres.
-const MOST_FRICTION: f64 = 1e6;
+const MAX_FRICTION: f64 = 1e6;
 
 impl Entity {
     /// Rebuilds the colliders from the requested contact settings.
@@ -94,13 +94,13 @@ impl Entity {
             let whose = || if link.is_empty() { "all links".into() } else { format!("link {link:?}") };
             let named = |error: Error| error.within(|| format!("{list}[{index}]")).of(whose);
             for (field, value, most) in [
-                ("friction", friction, MOST_FRICTION),
+                ("friction", friction, MAX_FRICTION),
                 ("restitution", restitution, 1.0),
-                ("rolling_friction", rolling_friction, MOST_FRICTION),
-                ("spinning_friction", spinning_friction, MOST_FRICTION),
-                ("contact_damping", contact_damping, MOST_DAMPING),
-                ("linear_damping", linear_damping, LinkDamping::MOST),
-                ("angular_damping", angular_damping, LinkDamping::MOST),
+                ("rolling_friction", rolling_friction, MAX_FRICTION),
+                ("spinning_friction", spinning_friction, MAX_FRICTION),
+                ("contact_damping", contact_damping, MAX_DAMPING),
+                ("linear_damping", linear_damping, LinkDamping::MAX),
+                ("angular_damping", angular_damping, LinkDamping::MAX),
             ] {
                 let Some(value) = *value else { continue };
                 check::within(field, value, 0.0..=most).map_err(named)?;
@@ -128,7 +128,7 @@ impl Entity {
 /// Checks that a robot with these colliders can have self-collision.
 pub(in crate::simulation) fn check_own_pairs(robot: &str, colliders: &RobotColliders) -> Result<(), Error> {
     let pairs = colliders.most_own_pairs();
-    if pairs <= MOST_OWN_PAIRS {
+    if pairs <= MAX_OWN_PAIRS {
         return Ok(());
     }
     Err(Error::LimitExceeded {
@@ -137,6 +137,6 @@ pub(in crate::simulation) fn check_own_pairs(robot: &str, colliders: &RobotColli
              meshes, `collision` hull, and with fewer shapes a link; without self-collision there are none)"
         ),
         value: pairs,
-        limit: MOST_OWN_PAIRS,
+        limit: MAX_OWN_PAIRS,
     })
 }

@@ -7,7 +7,7 @@ use glamx::{DMat3, DVec3};
 use super::Entity;
 use crate::dynamics::Integrator;
 use crate::dynamics::spatial::Spatial;
-use crate::simulation::pull::{ActivePull, MOST_PULLS};
+use crate::simulation::pull::{ActivePull, MAX_PULLS};
 use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
 impl Entity {
@@ -23,7 +23,7 @@ impl Entity {
     /// Returns whether one more pull has room: on this link, or in addition to the others.
     pub(in crate::simulation) fn has_room_for_pull(&self, link: usize) -> bool {
         let pulls = &self.state.pulls;
-        pulls.len() < MOST_PULLS || pulls.iter().any(|known| known.link == link)
+        pulls.len() < MAX_PULLS || pulls.iter().any(|known| known.link == link)
     }
 
     /// Softens pulls to the stiffness that steps of this length can follow, at the present pose and with the

@@ -6,7 +6,7 @@ use crate::simulation::command::LinkPull;
 use crate::simulation::error::Error;
 use crate::simulation::pull::{
     ActivePull, DEFAULT_PULL_ACCELERATION, DEFAULT_PULL_DURATION, DEFAULT_PULL_STIFFNESS, MAX_PULL,
-    MAX_PULL_DURATION, MOST_PULLS, spring,
+    MAX_PULL_DURATION, MAX_PULLS, spring,
 };
 use crate::simulation::settings::PhysicsSettings;
 use crate::simulation::{Reply, Simulation, check};
@@ -50,7 +50,7 @@ impl Simulation {
         };
         match found {
             Some(_) if !entity.has_room_for_pull(link) => {
-                let (what, limit) = (format!("pulls on links of robot {:?}", pull.robot), MOST_PULLS as u64);
+                let (what, limit) = (format!("pulls on links of robot {:?}", pull.robot), MAX_PULLS as u64);
                 return Err(Error::LimitExceeded { what, value: limit + 1, limit });
             }
             Some(pull) => {

@@ -20,7 +20,7 @@ use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
 
 /// Minimum distance from moving robots within which contacts are looked for, metres.
-const NEAR: f64 = 1e-3;
+const CONTACT_MARGIN: f64 = 1e-3;
 
 impl Simulation {
     /// Advances the world by one time step, in the number of equal parts that the settings say.
@@ -225,7 +225,7 @@ struct Part<'a> {
 /// Returns the distance from moving robots within which contacts are looked for, in addition to the distance
 /// for their motion, metres.
 pub(super) fn slack(gravity: DVec3, h: f64) -> f64 {
-    NEAR + 2.0 * gravity.length() * h * h
+    CONTACT_MARGIN + 2.0 * gravity.length() * h * h
 }
 
 /// Does one part of a step. Returns false if interrupted.
@@ -275,7 +275,7 @@ impl Part<'_> {
     /// Begins the part for a robot: updates its forces and pose, and the poses of its shapes if there are
     /// `others`.
     fn begin(self, robot: &mut Entity, others: bool) {
-        robot.fetch();
+        robot.prefetch();
         if self.begins {
             robot.begin_step();
             robot.follow_trajectories(self.time_step);

@@ -33,7 +33,7 @@ const OF_ANY: [&str; 17] = [
 ];
 
 /// Maximum number of names for one sensor.
-const MOST: usize = 8;
+const MAX_NAMES: usize = 8;
 
 /// An element of a kind, with its known children; empty if another module checks all of it.
 type Part = (&'static str, &'static [&'static str]);
@@ -93,7 +93,7 @@ pub(super) fn report(node: Node, kind: &SensorKind, findings: &mut Findings) {
         }
     }
     if !names.is_empty() {
-        let names: Vec<String> = names.into_iter().take(MOST).collect();
+        let names: Vec<String> = names.into_iter().take(MAX_NAMES).collect();
         findings.info(node, Ignored, format!("not read by simd: {}", names.join(", ")));
     }
     if let Some(plugin) = node.children().find(|child| is(*child, "plugin")) {

@@ -83,9 +83,9 @@ fn events_are_logged_while_a_reader_holds_those_that_are_kept() {
 #[test]
 fn events_without_end_that_no_reader_looks_at_take_no_more_memory() {
     let log = EventLog::new(KEPT);
-    (0..3 * MOST_WAITING).for_each(|_| overrun(&log));
+    (0..3 * MAX_WAITING).for_each(|_| overrun(&log));
     let batch = log.after(0);
-    assert_eq!((batch.events.len(), batch.last_sequence), (KEPT, 3 * MOST_WAITING as u64));
+    assert_eq!((batch.events.len(), batch.last_sequence), (KEPT, 3 * MAX_WAITING as u64));
     assert!(log.collected().early.is_empty());
 }
 

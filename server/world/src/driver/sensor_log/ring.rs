@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::reading::LoggedReading;
 
 /// Maximum number of kept readings.
-pub(super) const MOST_READINGS: usize = 4_096;
+pub(super) const MAX_READINGS: usize = 4_096;
 
 /// Readings of a sensor, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,7 +55,7 @@ impl Ring {
 
     /// Drops the oldest readings until the rest takes at most `share` bytes.
     pub(super) fn trim(&mut self, share: usize) {
-        while self.readings.len() > MOST_READINGS || (self.bytes > share && self.readings.len() > 1) {
+        while self.readings.len() > MAX_READINGS || (self.bytes > share && self.readings.len() > 1) {
             self.bytes -= self.readings.pop_front().map_or(0, |gone| gone.bytes());
         }
     }

@@ -12,7 +12,7 @@ use simd_core::simulation::sensors::DueSample;
 use crate::driver::published::Published;
 
 /// Maximum number of states that waiting samples hold.
-const MOST_STATES: usize = 16;
+const MAX_STATES: usize = 16;
 
 /// Samples of one state.
 #[derive(Debug)]
@@ -49,7 +49,7 @@ impl Scans {
         if !due.samples.is_empty() {
             self.waiting.push_back(due);
         }
-        let many = self.waiting.len().saturating_sub(MOST_STATES);
+        let many = self.waiting.len().saturating_sub(MAX_STATES);
         self.waiting.drain(..many);
     }
 

@@ -9,7 +9,7 @@ use simd_core::simulation::sensors::{DueSample, SensorDefinition};
 use simd_core::{Moment, PhysicsSettings, PublishedState};
 use simd_model::sensor::{SensorKind, SensorMount, WrenchAxes, WrenchDirection};
 
-use super::ring::MOST_READINGS;
+use super::ring::MAX_READINGS;
 use super::*;
 use crate::driver::published::{Pace, Statistics};
 use crate::driver::published_state_cell::Publisher;
@@ -103,27 +103,27 @@ fn readings_are_numbered_by_sensor_and_read_after_a_number() {
 #[test]
 fn a_slow_reader_gets_the_number_of_those_that_it_missed() {
     let mut bench = Bench::new(&[7]);
-    let steps = MOST_READINGS as u32 + 10;
+    let steps = MAX_READINGS as u32 + 10;
     for step in 1..=steps {
         bench.step(&[7], step);
         // More than the queue holds.
         bench.log.tidy();
     }
     let (readings, missed, after) = bench.after(7, 4);
-    assert_eq!((readings.len(), readings[0], missed, after), (MOST_READINGS, 11, 6, u64::from(steps)));
+    assert_eq!((readings.len(), readings[0], missed, after), (MAX_READINGS, 11, 6, u64::from(steps)));
 }
 
 #[test]
 fn a_full_queue_drops_the_oldest_and_counts_them_where_they_are_missing() {
     let mut bench = Bench::new(&[7]);
-    let full = MOST_STEPS as u32;
+    let full = MAX_STEPS as u32;
     (1..=10).for_each(|step| bench.step(&[7], step));
     // A look in between.
     bench.log.tidy();
     (11..=full + 30).for_each(|step| bench.step(&[7], step));
     // The ring is as long as the queue, so earlier readings are lost too.
     let (readings, missed, after) = bench.after(7, 5);
-    assert_eq!((readings.len(), readings[0], missed), (MOST_READINGS, 31, 25));
+    assert_eq!((readings.len(), readings[0], missed), (MAX_READINGS, 31, 25));
     assert_eq!(after, u64::from(full) + 30);
     assert_eq!(bench.log.waiting.load(Ordering::Relaxed), 0);
 }

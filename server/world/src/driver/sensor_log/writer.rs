@@ -10,7 +10,7 @@ use simd_core::simulation::sensors::{DueSample, WorldSensor};
 
 use super::reading::OfState;
 use super::scans::{CountedSample, DueSamples};
-use super::{Batch, MOST_WAITING, SensorLog};
+use super::{Batch, MAX_WAITING, SensorLog};
 
 /// The driver's end of a [`SensorLog`].
 #[derive(Debug)]
@@ -85,7 +85,7 @@ impl SensorWriter {
             if let Some(Batch { of: _, readings }) = gone {
                 self.log.waiting.fetch_sub(readings.len(), Ordering::Relaxed);
             }
-            if self.log.waiting.load(Ordering::Relaxed) <= MOST_WAITING {
+            if self.log.waiting.load(Ordering::Relaxed) <= MAX_WAITING {
                 return;
             }
             gone = self.log.arrived.pop();

@@ -12,7 +12,7 @@ use super::lens::Lens;
 use crate::handle::{CallError, Published};
 
 /// Maximum width and height of a picture, pixels.
-pub const MOST_PIXELS: u32 = 4_096;
+pub const MAX_PIXELS: u32 = 4_096;
 
 /// Planes of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,9 +75,9 @@ impl Default for Light {
 /// A point of view, and the wanted picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Width, pixels, at most [`MOST_PIXELS`].
+    /// Width, pixels, at most [`MAX_PIXELS`].
     pub width: u32,
-    /// Height, pixels, at most [`MOST_PIXELS`].
+    /// Height, pixels, at most [`MAX_PIXELS`].
     pub height: u32,
     /// Point of view and projection.
     pub lens: Lens,

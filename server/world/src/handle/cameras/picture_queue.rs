@@ -18,10 +18,10 @@ pub use renderers::RendererStatus;
 use renderers::{FORGOTTEN, PRESENT, Renderer};
 
 /// Number of renderers that get a task in turn before its callers are refused.
-const MOST_TRIES: u32 = 3;
+const MAX_TRIES: u32 = 3;
 /// Maximum number of pictures at a camera's own rate that are drawn at one time. Without it, renderers that
 /// never answer would make each of them hold its state until its time is over.
-const MOST_DRAWN: usize = 16;
+const MAX_UNSTEPPED_PICTURES: usize = 16;
 
 /// Bounds of the queue.
 #[derive(Clone, Copy, Debug)]
@@ -147,7 +147,7 @@ impl PictureQueue {
         }
         let is_its = |task: &&Task| task.order.camera.as_ref().is_some_and(|(of, _)| *of == id);
         let drawn = self.tasks.values().filter(|task| task.is_due && task.drawing.is_some());
-        if drawn.filter(is_its).count() < MOST_DRAWN && self.check_renderers(now).is_ok() {
+        if drawn.filter(is_its).count() < MAX_UNSTEPPED_PICTURES && self.check_renderers(now).is_ok() {
             self.add(order, true, now);
         } else {
             missed += 1;
@@ -302,8 +302,8 @@ impl PictureQueue {
                 if let Some(renderer) = renderers.get_mut(&name) {
                     renderer.failed += 1;
                 }
-                if task.tries >= MOST_TRIES {
-                    let why = format!("{MOST_TRIES} attempts to draw it got no answer from a renderer");
+                if task.tries >= MAX_TRIES {
+                    let why = format!("{MAX_TRIES} attempts to draw it got no answer from a renderer");
                     task.answer.send_replace(Some(Err(CallError::PictureFailed { why })));
                     return false;
                 }

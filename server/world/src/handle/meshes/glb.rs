@@ -110,7 +110,7 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
 }
 
 /// Maximum number of different looks of a mesh; further ones are dropped.
-const MOST_LOOKS: usize = 64;
+const MAX_MATERIALS: usize = 64;
 
 /// Returns the looks in the order of their first use, and the triangles' indices in the order of looks.
 fn by_look<'m>(mesh: &'m MeshAsset, indices: &[u32]) -> (Vec<Group<'m>>, Vec<u32>) {
@@ -119,7 +119,7 @@ fn by_look<'m>(mesh: &'m MeshAsset, indices: &[u32]) -> (Vec<Group<'m>>, Vec<u32
         let Some(own) = indices.get(3 * from..3 * to).filter(|own| !own.is_empty()) else { return };
         paint = paint.filter(|paint| materials::has_look(paint));
         let is_alike = |known: &Option<&Paint>| materials::is_alike(*known, paint);
-        if parts.len() >= MOST_LOOKS && !parts.iter().any(|(_, known)| is_alike(known)) {
+        if parts.len() >= MAX_MATERIALS && !parts.iter().any(|(_, known)| is_alike(known)) {
             paint = None;
         }
         let is_alike = |known: &Option<&Paint>| materials::is_alike(*known, paint);

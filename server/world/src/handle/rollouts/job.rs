@@ -12,7 +12,7 @@ use crate::fair_permits::Permit;
 /// Length of a slice, in which at least one step of some copies is made.
 pub(super) const SLICE: Duration = Duration::from_millis(10);
 /// Maximum number of consecutive queries without a look at the clock.
-const MOST_UNLOOKED: u32 = 15;
+const MAX_UNTIMED_QUERIES: u32 = 15;
 /// If more time passed since the last look, each query looks; afterwards, looks become rarer.
 const BETWEEN_LOOKS: Duration = Duration::from_micros(100);
 /// Duration beyond which the next step is interruptible.
@@ -164,7 +164,7 @@ impl<'a> Slice<'a> {
         self.job.spent.fetch_add(passed, Ordering::Relaxed);
         let between = match passed > nanoseconds(BETWEEN_LOOKS) {
             true => 0,
-            false => (2 * self.between.load(Ordering::Relaxed) + 1).min(MOST_UNLOOKED),
+            false => (2 * self.between.load(Ordering::Relaxed) + 1).min(MAX_UNTIMED_QUERIES),
         };
         self.between.store(between, Ordering::Relaxed);
         self.left.store(between, Ordering::Relaxed);
@@ -285,7 +285,10 @@ mod tests {
         job.is_cancelled.store(true, Ordering::Relaxed);
         let said: Vec<bool> = (0..100).map(|_| slice.is_over()).collect();
         let first = said.iter().position(|is_over| *is_over).unwrap();
-        assert!(first <= MOST_UNLOOKED as usize && said[first..].iter().all(|is_over| *is_over), "{said:?}");
+        assert!(
+            first <= MAX_UNTIMED_QUERIES as usize && said[first..].iter().all(|is_over| *is_over),
+            "{said:?}"
+        );
         assert_eq!(slice.before_step(), Err(Halt::Over));
         assert!(!job.slice(SLICE) && lock(&job.results).iter().all(Option::is_none));
     }

@@ -24,7 +24,7 @@ const ENTRY: usize = 512;
 /// Number of remembered ids of deleted markers, for pages.
 const DELETED: usize = 4_096;
 /// Time between two checks for disconnected clients.
-const LOOK: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// A drawn marker.
 #[derive(Clone, Debug)]
@@ -119,7 +119,7 @@ impl Marker {
 
     /// Returns the next time at which it may end.
     fn next_look(&self, now: Instant) -> Option<Instant> {
-        let look = self.until.as_ref().map(|_| now + LOOK);
+        let look = self.until.as_ref().map(|_| now + CHECK_INTERVAL);
         self.expires.into_iter().chain(look).min()
     }
 }

@@ -12,9 +12,9 @@ use super::changes::Changes;
 /// Minimum simulated seconds between two comparisons.
 const SAMPLE: f64 = 0.01;
 /// Maximum number of rows.
-const MOST_ROWS: usize = 100_000;
+const MAX_ROWS: usize = 100_000;
 /// Maximum number of claims that are tried; earlier ones have ended.
-const MOST_CLAIMS: usize = 1_000;
+const MAX_CLAIMS: usize = 1_000;
 
 /// Changes of the second run, and the output of both runs as comma-separated values.
 #[derive(Default)]
@@ -96,7 +96,7 @@ impl SecondRun {
     }
 
     fn know(&mut self, claim: ClaimId) {
-        if self.claims.len() >= MOST_CLAIMS {
+        if self.claims.len() >= MAX_CLAIMS {
             self.claims.remove(0);
         }
         self.claims.push(claim);
@@ -220,7 +220,7 @@ fn note(
     time: f64,
 ) {
     let key = (robot.to_owned(), index);
-    if rows.len() >= MOST_ROWS && !rows.contains_key(&key) {
+    if rows.len() >= MAX_ROWS && !rows.contains_key(&key) {
         return;
     }
     let row = rows.entry(key).or_insert_with(|| Difference {

@@ -1,6 +1,6 @@
 """The module `pybullet` of processes that a script of the runner starts: it is simd's."""
 
 import simd_client.pybullet
-from simd_client.pybullet import stand_in
+from simd_client.pybullet import import_hooks
 
-stand_in.replace(simd_client.pybullet)
+import_hooks.replace(simd_client.pybullet)

@@ -13,7 +13,7 @@ pub(super) const PRESENT: Duration = Duration::from_secs(5);
 /// Time after which an absent renderer is forgotten.
 pub(super) const FORGOTTEN: Duration = Duration::from_secs(60);
 /// Maximum number of known renderers.
-const MOST_RENDERERS: usize = 64;
+const MAX_RENDERERS: usize = 64;
 
 #[derive(Debug)]
 pub(super) struct Renderer {
@@ -51,10 +51,10 @@ impl PictureQueue {
         let known = self.renderers.get_key_value(name).map(|(name, _)| Arc::clone(name));
         let name = match known {
             Some(name) => name,
-            None if self.renderers.len() < MOST_RENDERERS => name.into(),
+            None if self.renderers.len() < MAX_RENDERERS => name.into(),
             None => {
                 let what = "renderers".to_owned();
-                let (value, limit) = (self.renderers.len() as u64 + 1, MOST_RENDERERS as u64);
+                let (value, limit) = (self.renderers.len() as u64 + 1, MAX_RENDERERS as u64);
                 return Err(CallError::LimitExceeded { what, value, limit });
             }
         };

@@ -184,7 +184,7 @@ fn each_colour_is_a_part_of_its_own() {
     let ball = ball(24);
     let many = (0..ball.triangles.len()).map(|n| paint(n, Some([n as f64 / 1e4, 0.0, 0.0]))).collect();
     let (json, _) = read(&write(&MeshAsset { paints: many, ..ball }));
-    assert_eq!(json["materials"].as_array().unwrap().len(), MOST_LOOKS + 1);
+    assert_eq!(json["materials"].as_array().unwrap().len(), MAX_MATERIALS + 1);
 }
 
 /// Half of a cube has a picture, twice: the file has it once, with the texture coordinates of corners, and

@@ -9,7 +9,7 @@ import threading
 _GATHERED = 0.01
 
 
-class Gathered:
+class CommandBatch:
     """Base class of a queue of commands. A derived class keeps them under `_lock`, and sends them in
     `_send`."""
 

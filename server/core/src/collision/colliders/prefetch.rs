@@ -6,8 +6,8 @@ use super::{Frame, Placed, RobotColliders};
 
 impl RobotColliders {
     /// Reads the data of the first collider that a step needs, and discards them: see
-    /// [`Articulation::fetch`](crate::dynamics::Articulation::fetch).
-    pub fn fetch(&self) {
+    /// [`Articulation::prefetch`](crate::dynamics::Articulation::prefetch).
+    pub fn prefetch(&self) {
         let of_placed =
             |placed: &Placed| (placed.part, placed.world_middle.x, placed.bounds.least.x, placed.margin);
         let of_frame = |frame: &Frame| {

@@ -30,7 +30,7 @@ _SURFACES = {
 }
 
 
-def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
+def restore(world: World, found: tuple[Physics, bool] | None) -> None:
     """Restores the settings that a script found, and whether the world played; `None` for the guest of
     others. If remaining robots depend on the script's settings, it reports the settings that stay."""
     if found is None:

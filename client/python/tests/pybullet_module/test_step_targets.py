@@ -10,7 +10,7 @@ from simd_client.pybullet import constants
 from simd_client.pybullet.arguments import ORIGIN, UPRIGHT
 from simd_client.pybullet.ball_motors import BallMotor
 from simd_client.pybullet.bodies import Body, BodyJoint
-from simd_client.pybullet.outgoing import Key, Outgoing
+from simd_client.pybullet.step_targets import Key, StepTargets
 
 JOINTS = 4
 TIME_STEP = 1.0 / 240.0
@@ -59,7 +59,7 @@ def arm(number: int) -> Body:
     )
 
 
-def request_of(kept: Outgoing) -> StepSimulationRequest:
+def request_of(kept: StepTargets) -> StepSimulationRequest:
     """A copy of the request."""
     return StepSimulationRequest.FromString(kept.step(False, False).SerializeToString())
 
@@ -83,7 +83,7 @@ def change(body: Body, index: int, rng: random.Random) -> None:
 def test_what_is_kept_says_what_is_said_anew() -> None:
     rng = random.Random(5)
     bodies = {number: arm(number) for number in range(2)}
-    kept = Outgoing()
+    kept = StepTargets()
     waiting: list[Key] = []
     for _ in range(2000):
         if rng.random() < 0.3:
@@ -97,7 +97,7 @@ def test_what_is_kept_says_what_is_said_anew() -> None:
             bodies[number].joints[index].motor.position += 0.01
         time_step = rng.choice([TIME_STEP, TIME_STEP, TIME_STEP, 0.002])
         parts, with_torques = rng.choice([0, 1, 1, 4]), rng.random() < 0.8
-        anew = Outgoing()
+        anew = StepTargets()
         frictions = [each.put(waiting, bodies, time_step, parts, with_torques) for each in (kept, anew)]
         assert frictions[0] == frictions[1]
         assert request_of(kept) == request_of(anew)
@@ -106,7 +106,7 @@ def test_what_is_kept_says_what_is_said_anew() -> None:
 
 def test_a_step_before_which_no_motor_changed_sets_none_and_the_next_one_sets_them_again() -> None:
     bodies, keys = {0: arm(0)}, [(0, 0), (0, 1)]
-    kept = Outgoing()
+    kept = StepTargets()
     kept.put(keys, bodies, TIME_STEP)
     first = request_of(kept)
     kept.put([], bodies, TIME_STEP)
@@ -117,7 +117,7 @@ def test_a_step_before_which_no_motor_changed_sets_none_and_the_next_one_sets_th
 
 def test_a_robot_that_was_loaded_again_has_its_new_joints() -> None:
     bodies = {0: arm(0)}
-    kept = Outgoing()
+    kept = StepTargets()
     kept.put([(0, 0)], bodies, TIME_STEP)
     bodies[0] = arm(0)
     bodies[0].joints[0].name = "other"
@@ -127,7 +127,7 @@ def test_a_robot_that_was_loaded_again_has_its_new_joints() -> None:
 
 def test_torques_are_known_and_left_out_where_there_is_no_step_for_them() -> None:
     bodies, keys = {0: arm(0)}, [(0, 0), (0, JOINTS - 1)]
-    kept, anew = Outgoing(), Outgoing()
+    kept, anew = StepTargets(), StepTargets()
     motor, ball = bodies[0].joints[0].motor, bodies[0].joints[-1].ball
     assert ball is not None
     kept.put(keys, bodies, TIME_STEP)
@@ -146,7 +146,7 @@ def test_torques_are_known_and_left_out_where_there_is_no_step_for_them() -> Non
 def test_other_substeps_are_other_gains() -> None:
     bodies, keys = {0: arm(0)}, [(0, 0)]
     bodies[0].joints[0].motor.force = 5.0
-    kept = Outgoing()
+    kept = StepTargets()
     kept.put(keys, bodies, TIME_STEP)
     once = request_of(kept).robots[0].joints[0].velocity
     kept.put(keys, bodies, TIME_STEP, 4)
@@ -177,7 +177,7 @@ class Kept:
 def test_numbers_alone_say_what_the_request_says() -> None:
     rng = random.Random(6)
     keys, used = [(0, 0), (0, 1), (0, 2)], 0
-    bodies, kept = {0: arm(0)}, Outgoing()
+    bodies, kept = {0: arm(0)}, StepTargets()
     for _ in range(2000):
         for index in range(3):
             if rng.random() < 0.05:

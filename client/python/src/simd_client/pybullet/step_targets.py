@@ -48,7 +48,7 @@ class _Row:
     friction: float = 0.0
 
 
-class Outgoing:
+class StepTargets:
     """Targets that the next step sends."""
 
     def __init__(self) -> None:

@@ -12,7 +12,7 @@ impl Articulation {
     /// With a thousand robots, most are in distant memory, each in some ten pieces. A step that reads one
     /// piece after the other waits for each of them. This function waits for all of them at once. For a robot
     /// with joints, the arithmetic takes longer than the memory.
-    pub fn fetch(&self) {
+    pub fn prefetch(&self) {
         let (state, scratch) = (&self.state, &self.scratch);
         let ([at], [factors]) = (&scratch.passes.bodies[..], &scratch.passes.free[..]) else { return };
         let lists = [
