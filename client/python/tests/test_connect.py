@@ -152,10 +152,10 @@ def test_several_daemons_are_listed_for_one_to_be_chosen() -> None:
 
 def test_a_daemon_that_never_answers_is_a_deadline_and_not_a_hang() -> None:
     with Pretender("slow") as network:
-        with simd_client.connect(network.endpoint, timeout=0.2) as sim:
+        with simd_client.connect(network.endpoint) as sim:
             network.answers = False
             with pytest.raises(DeadlineExceeded, match="the daemon `slow` at .* did not answer within 0.2 s"):
-                sim.stamp
+                sim.with_timeout(0.2).stamp
         assert issubclass(DeadlineExceeded, TimeoutError)
 
 

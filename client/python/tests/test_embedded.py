@@ -72,11 +72,11 @@ def test_calls_of_several_threads_are_all_done() -> None:
 
 
 def test_a_call_that_takes_too_long_ends_with_its_time_limit() -> None:
-    with simd_client.connect("embedded", config={"paused": True}, timeout=0.3) as sim:
+    with simd_client.connect("embedded", config={"paused": True}) as sim:
         # No newer state comes while the world is paused, and the daemon would wait for a minute.
         request = proto.NextJointStatesRequest(after_sequence=1 << 40, timeout=60.0)
         with pytest.raises(simd_client.DeadlineExceeded):
-            sim.call(methods.NextJointStates, request)
+            sim.with_timeout(0.3).call(methods.NextJointStates, request)
 
 
 def test_a_world_that_plays_keeps_to_the_clock_and_is_watched() -> None:
