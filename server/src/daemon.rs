@@ -251,6 +251,15 @@ fn announce(text: String) -> std::io::Result<()> {
     Ok(())
 }
 
+/// Raises the limit of open files as far as the process may, and warns if it is too low for all connections.
+/// Call it before anything opens a file.
+///
+/// # Errors
+/// Returns an error if the limit is too low for the daemon itself.
+pub fn provide_open_files(config: &Config) -> Result<(), Error> {
+    open_files::provide(config.connections.max)
+}
+
 /// Runs a daemon as the process. When it is ready, it prints one line on stdout, and one with the viewer's
 /// URL. It notifies the service manager that started it, if any. It drains at SIGTERM, SIGINT or, if enabled,
 /// the end of stdin.
@@ -262,7 +271,6 @@ pub async fn run(config: Config) -> Result<(), Error> {
     let manager = ServiceManager::of_this_process().map_err(Error::System)?;
     let name = config.name.clone();
     tracing::info!(version = env!("CARGO_PKG_VERSION"), name, "simd starts");
-    open_files::provide(config.connections.max)?;
     let mut running = tokio::select! {
         running = start(config) => running?,
         // No client was served yet, so a drain is not needed.

@@ -111,6 +111,9 @@ fn run(log: &Log) -> ExitCode {
         ));
         return ExitCode::from(3);
     }
+    if let Err(error) = daemon::provide_open_files(&config) {
+        return complain(log, &error, error.exit_code());
+    }
     config.driver.real_time.keep_others_off();
     let threads = BLOCKING_THREADS + std::thread::available_parallelism().map_or(1, usize::from);
     let mut builder = tokio::runtime::Builder::new_multi_thread();

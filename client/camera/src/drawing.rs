@@ -19,12 +19,13 @@ enum Job {
 pub(crate) struct Drawing(mpsc::Sender<Job>);
 
 impl Drawing {
-    /// Starts the thread.
+    /// Starts the thread. Also returns a receiver that is disconnected once the thread has freed the GPU.
     ///
     /// # Errors
     /// Returns an error if the system cannot start a thread.
-    pub(crate) fn start(mut renderer: Renderer) -> std::io::Result<Self> {
+    pub(crate) fn start(mut renderer: Renderer) -> std::io::Result<(Self, std::sync::mpsc::Receiver<()>)> {
         let (jobs, mut waiting) = mpsc::channel(WAITING);
+        let (end, ended) = std::sync::mpsc::channel();
         std::thread::Builder::new().name("drawing".to_owned()).spawn(move || {
             while let Some(job) = waiting.blocking_recv() {
                 // The sender may be gone; then the result is dropped.
@@ -33,8 +34,10 @@ impl Drawing {
                     Job::Draw { scene, answer } => drop(answer.send(renderer.draw(&scene))),
                 }
             }
+            drop(renderer);
+            drop(end);
         })?;
-        Ok(Self(jobs))
+        Ok((Self(jobs), ended))
     }
 
     /// Uploads a mesh to the GPU.

@@ -23,6 +23,7 @@ mod work;
 
 use std::io::{self, IsTerminal as _, Write as _};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::Parser as _;
@@ -37,6 +38,9 @@ use work::Work;
 
 /// Bytes.
 const MIB: u64 = 1 << 20;
+
+/// Longest wait for the end of a picture that is being drawn.
+const LAST_PICTURE: Duration = Duration::from_secs(5);
 
 fn main() -> ExitCode {
     let options = Options::parse();
@@ -72,7 +76,7 @@ fn run(options: &Options) -> anyhow::Result<()> {
     gpu.smooths = gpu.smooths && options.smooth.unwrap_or(!gpu.is_software);
     tracing::info!("drawing with {}", gpu.name);
     let renderer = Renderer::new(gpu).context("the Vulkan device cannot be used")?;
-    let drawing = Drawing::start(renderer).context("the thread that draws cannot be started")?;
+    let (drawing, drawn) = Drawing::start(renderer).context("the thread that draws cannot be started")?;
     let work = Work {
         endpoint: options.endpoint(),
         connect: options.connect()?,
@@ -83,13 +87,18 @@ fn run(options: &Options) -> anyhow::Result<()> {
     };
     // Zenoh needs this flavor; long work runs on separate threads.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
-    runtime.context("no runtime")?.block_on(async {
+    let runtime = runtime.context("no runtime")?;
+    let ended = runtime.block_on(async {
         tokio::select! {
             ended = work::run(work, drawing) => ended,
             interrupted = tokio::signal::ctrl_c() => Ok(interrupted?),
             closed = end_of_stdin(), if options.until_stdin_closes => Ok(closed?),
         }
-    })
+    });
+    // A process that ends while a driver draws may crash.
+    drop(runtime);
+    let _ = drawn.recv_timeout(LAST_PICTURE);
+    ended
 }
 
 /// Reads stdin to its end on a separate thread, which the process does not wait for.
