@@ -117,7 +117,17 @@ export class Firefox {
     }, testId);
   }
 
+  /** Clicks on the first element with this `data-testid` once it rests within the window: sheets move in. */
   async click(testId: string): Promise<void> {
+    await this.until((id) => {
+      const element = document.querySelector(`[data-testid="${id}"]`);
+      element?.scrollIntoView({ block: "nearest" });
+      const { x, y, width, height } = element?.getBoundingClientRect() ?? new DOMRect();
+      const page = window as unknown as { lastPlace?: string };
+      const rests = page.lastPlace === `${x} ${y}`;
+      page.lastPlace = `${x} ${y}`;
+      return element !== null && rests && document.elementFromPoint(x + width / 2, y + height / 2) !== null;
+    }, testId);
     const at = await this.centre(testId);
     await this.pointer([moveTo(at), { type: "pointerDown", button: 0 }, { type: "pointerUp", button: 0 }]);
   }
