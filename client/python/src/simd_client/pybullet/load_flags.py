@@ -100,7 +100,7 @@ class _Tree:
         link, joints = self._links[name], self._joints[name]
         own = link.find("inertial")
         if own is not None and any(joint.get("type") == "fixed" for joint in joints):
-            # Of links that are merged, PyBullet forgets where their masses are.
+            # PyBullet forgets where the masses of merged links are.
             set_pose(own, (ORIGIN, UPRIGHT))
         at = 0
         # Joints of merged links come last.
