@@ -44,6 +44,7 @@ fn spawn(world: &mut Simulation, name: &str, model: &Arc<RobotModel>, fixed: boo
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     };
     apply(world, Command::Spawn(Box::new(spawn)));

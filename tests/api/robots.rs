@@ -59,6 +59,26 @@ async fn a_report_names_what_a_robot_was_loaded_into_and_a_free_place(via: Via) 
     let third = proto::SpawnEntityRequest { pose: Some(pose), ..fixed("third") };
     let third = daemon.client.load(&package, third).await.unwrap();
     assert_eq!(overlaps(&third), Vec::<String>::new(), "at {place}");
+    // The daemon finds the place at the spawn itself, also if another robot is spawned at the same time.
+    let below =
+        proto::Pose { position: Some(proto::Vector3 { x: 0.0, y: 0.0, z: -0.5 }), ..Default::default() };
+    let asked = |name: &str| proto::SpawnEntityRequest {
+        pose: Some(below),
+        beside_others: true,
+        on_ground: true,
+        ..fixed(name)
+    };
+    let (fourth, fifth) = tokio::join!(
+        daemon.client.load(&package, asked("fourth")),
+        daemon.client.load(&package, asked("fifth"))
+    );
+    for spawned in [fourth, fifth] {
+        let spawned = spawned.unwrap();
+        assert_eq!(overlaps(&spawned), Vec::<String>::new());
+        let pose = daemon.client.robot_state(&spawned.entity.name).await.unwrap().pose.unwrap();
+        let Some(proto::Vector3 { x, y, z }) = pose.position else { panic!("{pose:?}") };
+        assert!(x == 0.0 && y > 0.2 && z >= -1e-3, "{pose:?}");
+    }
 }
 
 async fn a_free_robot_in_a_world_without_ground_is_said_to_fall_and_how_to_hold_it(via: Via) {

@@ -76,7 +76,16 @@ const SIMULATION: Layers = Layers {
         &["entity"],
         &["world_state"],
         &["sensors"],
-        &["check", "claim", "contact_settings", "pull", "target_sources", "trajectory", "wrench"],
+        &[
+            "check",
+            "claim",
+            "contact_settings",
+            "free_place",
+            "pull",
+            "target_sources",
+            "trajectory",
+            "wrench",
+        ],
         &["error", "moment", "settings"],
     ],
 };

@@ -83,6 +83,7 @@ pub(crate) fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
             shapes: Default::default(),
             contact_settings: Default::default(),
             collision_pairs: Vec::new(),
+            free_place: Default::default(),
             loaded_at_start: false,
         };
         world.apply(&Command::Spawn(Box::new(spawn))).unwrap();

@@ -63,6 +63,7 @@ fn world(rng: &mut Rng, mix: Mix) -> Simulation {
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     };
     world.apply(&Command::Spawn(Box::new(spawn))).unwrap();

@@ -23,6 +23,7 @@ mod equal_bits;
 mod extremes;
 mod falling_trees;
 mod floating;
+mod free_places;
 mod grounds;
 mod hard_stacks;
 mod heaps;

@@ -112,6 +112,7 @@ pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     }
 }

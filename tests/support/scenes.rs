@@ -106,6 +106,7 @@ pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> 
         joint_orientations: Vec::new(),
         contact_settings: ContactSettings::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     }
 }

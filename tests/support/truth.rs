@@ -170,6 +170,7 @@ impl Case {
             shapes: Default::default(),
             contact_settings: Default::default(),
             collision_pairs: Vec::new(),
+            free_place: Default::default(),
             loaded_at_start: false,
         }
     }

@@ -42,6 +42,7 @@ pub fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) -> Spawn 
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     }
 }

@@ -87,6 +87,12 @@ pub(crate) struct Load {
     /// Pose of the root link: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
+    /// Stand beside all other robots, and on the ground
+    ///
+    /// Moves the robot along y until it is 0.2 m from the others, and raises it until its collision shapes are above
+    /// z = 0. A robot that has room already stays at its pose.
+    #[arg(long)]
+    beside: bool,
     /// The root link does not move
     #[arg(long, conflicts_with = "free")]
     fixed: bool,
@@ -218,6 +224,8 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         model: arguments.model.unwrap_or_default(),
         allow_renaming: arguments.rename,
         pose: arguments.pose,
+        beside_others: arguments.beside,
+        on_ground: arguments.beside,
         base: match (arguments.fixed, arguments.free) {
             (true, _) => Base::Fixed,
             (_, true) => Base::Free,

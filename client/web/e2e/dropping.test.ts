@@ -125,6 +125,8 @@ test("of many descriptions those are chosen that are wanted, and they stand side
   };
   expect(reach("robot_10").lower).toBeGreaterThan(reach("robot_0").upper);
   expect(reach("robot_11").lower).toBeGreaterThan(reach("robot_10").upper);
+  // Each is spawned once, at its final place.
+  expect(tab.requests.filter(({ pathname }) => pathname.endsWith("DeleteEntity"))).toEqual([]);
   await tab.shows(daemon);
   await tab.picture("side-by-side");
   // A reset puts them at their present positions.

@@ -350,6 +350,14 @@ pub struct SpawnEntityRequest {
     /// The robot does not sleep, also where the world lets bodies sleep. So it is too if the description says so.
     #[prost(bool, tag = "18")]
     pub stays_awake: bool,
+    /// Moves the robot along y, if necessary, until it stands beside all others: 0.2 m to the left of
+    /// the box around their collision shapes and link origins. Ground is left out: planes, and what is
+    /// wider than 10 m along x and y. Robots of one file are moved together.
+    #[prost(bool, tag = "19")]
+    pub beside_others: bool,
+    /// Raises the robot, if necessary, until its collision shapes are above z = 0.
+    #[prost(bool, tag = "20")]
+    pub on_ground: bool,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SpawnEntityResponse {

@@ -119,6 +119,7 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
         name: robot.name,
         allow_renaming: false,
         pose: robot.pose,
+        free_place: Default::default(),
         fixed_base: robot.fixed,
         passive: robot.passive,
         joint_positions: robot.positions.into_iter().collect(),

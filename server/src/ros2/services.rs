@@ -288,6 +288,7 @@ async fn spawn(handle: SimHandle, request: SpawnEntityRequest) -> Answer<String>
         name,
         allow_renaming,
         pose,
+        free_place: Default::default(),
         fixed_base: None,
         passive: false,
         joint_positions: Vec::new(),

@@ -66,6 +66,7 @@ fn spawn(world: &mut Simulation, i: usize, model: &Arc<RobotModel>, shapes: &Arc
         shapes: Arc::clone(shapes),
         contact_settings: ContactSettings::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     };
     assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());

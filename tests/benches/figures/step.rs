@@ -63,6 +63,7 @@ pub(crate) fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simul
             shapes: Default::default(),
             contact_settings: Default::default(),
             collision_pairs: Vec::new(),
+            free_place: Default::default(),
             loaded_at_start: false,
         };
         assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());

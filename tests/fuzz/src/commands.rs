@@ -196,6 +196,7 @@ pub(super) fn read_with(
         joint_orientations: Vec::new(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     })
 }

@@ -116,6 +116,7 @@ impl Scene {
             joint_orientations: Vec::new(),
             contact_settings: ContactSettings { self_collision: true, ..ContactSettings::default() },
             collision_pairs: Vec::new(),
+            free_place: Default::default(),
             loaded_at_start: fixed,
         })));
     }

@@ -35,6 +35,7 @@ impl Simd {
                 shapes: Default::default(),
                 contact_settings: Default::default(),
                 collision_pairs: Vec::new(),
+                free_place: Default::default(),
                 loaded_at_start: false,
             };
             let spawned = world.apply(&Command::Spawn(Box::new(spawn)));

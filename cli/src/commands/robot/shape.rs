@@ -35,6 +35,9 @@ pub(crate) struct Shape {
     /// Pose: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
+    /// Stand beside all other robots, and on the ground
+    #[arg(long)]
+    beside: bool,
     /// Fix it to the world, as planes and height fields always are
     #[arg(long)]
     fixed: bool,
@@ -46,7 +49,7 @@ pub(crate) struct Shape {
 }
 
 pub(super) async fn run(arguments: Shape, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Shape { shapes, name, mass, pose, fixed, rename, surface } = arguments;
+    let Shape { shapes, name, mass, pose, beside, fixed, rename, surface } = arguments;
     let (is_ground, source) = match whole(shapes)? {
         Wanted::Shape(geometry) => {
             let is_plane = matches!(geometry, Geometry::Plane(_));
@@ -67,6 +70,8 @@ pub(super) async fn run(arguments: Shape, client: &Client, output: Output) -> an
         name: name.unwrap_or_default(),
         allow_renaming: rename,
         pose,
+        beside_others: beside,
+        on_ground: beside,
         base: if fixed || is_ground { Base::Fixed } else { Base::Free }.into(),
         link_properties: surface.of(None).into_iter().collect(),
         ..SpawnEntityRequest::default()

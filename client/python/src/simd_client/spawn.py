@@ -59,6 +59,7 @@ class SpawnOptions:
     collision: Collision = "mesh"
     model: str = ""
     beyond_limit: BeyondLimit | Literal["keep"] = "clamp"
+    beside: bool = False
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
         """Builds the request that spawns a description. Raises `ValueError` for another word for `collision`,
@@ -93,6 +94,8 @@ class SpawnOptions:
             srdf=self.srdf,
             mesh_shapes=mesh_shapes,
             model=self.model,
+            beside_others=self.beside,
+            on_ground=self.beside,
         )
 
 

@@ -6,8 +6,9 @@ import { parse, shortened } from "../panels/quantity";
 interface NumberProperties {
   label: string;
   testId: string;
-  /** SI. */
-  value: number;
+  /** SI; undefined shows the placeholder. */
+  value: number | undefined;
+  placeholder?: string;
   kind?: "length" | "angle" | "number";
   /**
    * The text takes effect with Enter or on leaving the field, not with each key, because it moves something at once. Escape restores the
@@ -15,12 +16,14 @@ interface NumberProperties {
    */
   whenEntered?: boolean;
   onChange: (value: number) => void;
+  /** Called if the text is empty. Without it, an empty text is a problem. */
+  onClear?: () => void;
 }
 
 const UNITS = { length: { name: "m", scale: 1 }, angle: { name: "deg", scale: Math.PI / 180 }, number: { name: "", scale: 1 } } as const;
 
 /** A number that is typed with any unit, or computed, and changed in steps by the arrows. Angles without a unit are degrees. */
-export function NumberField({ label, testId, value, kind = "length", whenEntered = false, onChange }: NumberProperties): JSX.Element {
+export function NumberField({ label, testId, value, placeholder = "", kind = "length", whenEntered = false, onChange, onClear }: NumberProperties): JSX.Element {
   const unit = UNITS[kind];
   const [typed, setTyped] = useState<string | null>(null);
   const [problem, setProblem] = useState("");
@@ -30,6 +33,10 @@ export function NumberField({ label, testId, value, kind = "length", whenEntered
     return text.trim() !== "" && Number.isFinite(number) ? number : `"${text}" is not a number`;
   };
   const take = (text: string): void => {
+    if (onClear && text.trim() === "") {
+      setProblem("");
+      return onClear();
+    }
     const result = read(text);
     setProblem(typeof result === "string" ? result : "");
     if (typeof result === "number") onChange(result);
@@ -51,7 +58,7 @@ export function NumberField({ label, testId, value, kind = "length", whenEntered
     const step = (kind === "angle" ? 1 : 0.01) * unit.scale * (event.shiftKey ? 10 : 1);
     const from = typed === null ? value : read(typed);
     putBack();
-    onChange((typeof from === "number" ? from : value) + way * step);
+    onChange((typeof from === "number" ? from : (value ?? 0)) + way * step);
   };
   const press = (event: KeyboardEvent): void => {
     if (whenEntered && event.key === "Enter") {
@@ -78,7 +85,8 @@ export function NumberField({ label, testId, value, kind = "length", whenEntered
         data-testid={testId}
         aria-invalid={problem !== ""}
         title={problem !== "" ? problem : `${label}${unit.name === "" ? "" : `, in ${unit.name} where no unit is written`}`}
-        value={typed ?? shownNumber(value / unit.scale)}
+        placeholder={placeholder}
+        value={typed ?? (value === undefined ? "" : shownNumber(value / unit.scale))}
         onInput={(event) => {
           setTyped(event.currentTarget.value);
           if (whenEntered) setProblem("");

@@ -6,7 +6,6 @@ import { Icon } from "../panels/icons";
 import { Sheet } from "../panels/Sheet";
 import { findDescriptions, shownPath, type Description } from "../load/descriptions";
 import { DEFAULT_OPTIONS, type LoadOptions } from "../load/load";
-import { freePlace } from "../load/spawn-position";
 import { isXacro } from "../load/xacro";
 import { tool } from "../state/tools";
 import { ChoiceField, NameField, NumberField } from "./Fields";
@@ -25,6 +24,13 @@ const MESHES = [
   ["parts", "convex parts (slow for large meshes)"],
 ] as const;
 
+/** The coordinates, and what stands for each if the user enters none. */
+const PLACES = [
+  ["x", "0"],
+  ["y", "beside"],
+  ["z", "0"],
+] as const;
+
 /** Message if nothing in the drop can be loaded. */
 const NOTHING = "The dropped files have no URDF, xacro, SDF or MJCF: drop the robot's folder or its zip, or its .urdf with its meshes.";
 
@@ -35,7 +41,6 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
   const [chosen, choose] = useState<ReadonlySet<string>>(new Set());
   /** Arguments by file. */
   const [values, setValues] = useState<Record<string, Record<string, string>>>({});
-  const [free, setFree] = useState({ x: 0, y: 0, z: 0 });
   useEffect(() => {
     let isGone = false;
     void findDescriptions(files).then((all) => {
@@ -43,8 +48,6 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
       setFound(all);
       choose(new Set(all.slice(0, 1).map(({ path }) => path)));
     });
-    // The description is only shown: the daemon is asked again when the robot is loaded.
-    void freePlace().then((place) => !isGone && setFree(place), () => undefined);
     return () => {
       isGone = true;
     };
@@ -53,7 +56,6 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
     tool.value = null;
   };
   const set = (change: Partial<LoadOptions>): void => setOptions({ ...options, ...change });
-  const at = { ...free, ...options.position };
   const place = (change: LoadOptions["position"]): void => set({ position: { ...options.position, ...change } });
   const paths = (found ?? []).map(({ path }) => path).filter((path) => chosen.has(path));
   const xacros = paths.filter(isXacro);
@@ -89,12 +91,23 @@ export function LoadSheet({ files }: { files: DroppedFile[] }): JSX.Element {
           {paths.length <= 1 && <NameField value={options.name} placeholder="from the description" onChange={(name) => set({ name })} />}
           <fieldset class="build-row">
             <legend>{paths.length > 1 ? "Place of the first" : "Place"}</legend>
-            <NumberField label="x" testId="load-x" value={at.x ?? 0} onChange={(x) => place({ x })} />
-            <NumberField label="y" testId="load-y" value={at.y ?? 0} onChange={(y) => place({ y })} />
-            <NumberField label="z" testId="load-z" value={at.z ?? 0} onChange={(z) => place({ z })} />
+            {PLACES.map(([axis, placeholder]) => (
+              <NumberField
+                key={axis}
+                label={axis}
+                testId={`load-${axis}`}
+                value={options.position?.[axis]}
+                placeholder={placeholder}
+                onChange={(value) => place({ [axis]: value })}
+                onClear={() => place({ [axis]: undefined })}
+              />
+            ))}
             <NumberField label="yaw" testId="load-yaw" kind="angle" value={options.yaw} onChange={(yaw) => set({ yaw })} />
           </fieldset>
-          {options.position === undefined && <p class="hint">Its lowest point is put on z = 0 where it would be below.{paths.length > 1 && " The others stand beside it."}</p>}
+          <p class="hint">
+            Without y it stands beside the other robots. Without x, y and z its lowest point is put on z = 0 where it would be below.
+            {paths.length > 1 && " The others stand beside it."}
+          </p>
           <div class="build-row">
             <ChoiceField label="Base" testId="load-base" value={options.base} options={BASES} onChange={(base) => set({ base })} />
             <ChoiceField label="Collision meshes" testId="load-meshes" value={options.meshes} options={MESHES} onChange={(meshes) => set({ meshes })} />

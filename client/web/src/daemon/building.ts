@@ -72,11 +72,7 @@ export function takeOut(name: string): Promise<unknown> {
 export function duplicate(name: string): Promise<string | undefined> {
   return attempt(async () => {
     const request = await requestOf(name);
-    const { freePlace } = await import("../load/spawn-position");
-    const { y } = await freePlace();
-    const { position, orientation } = request.pose ?? {};
-    const made: Spawn = { ...request, name, allowRenaming: true, pose: { ...(orientation && { orientation }), position: { ...position, y } } };
-    return bringIn(made, "duplicating to");
+    return bringIn({ ...request, name, allowRenaming: true, besideOthers: true }, "duplicating to");
   });
 }
 
@@ -118,7 +114,7 @@ async function requestOf(robot: string): Promise<Spawn> {
   if (!entity || !layout || !state || !isPose(pose) || layout.layoutVersion !== entity.layoutVersion || state.layoutVersion !== entity.layoutVersion) {
     throw new Error(`${robot} was loaded again meanwhile; try once more`);
   }
-  const now: Spawn = { name: robot, pose: wirePose(pose), base: entity.base, ...placesOf(robotOf(entity, layout), valuesOf(state)) };
+  const now: Spawn = { name: robot, pose: wirePose(pose), base: entity.base, besideOthers: false, onGround: false, ...placesOf(robotOf(entity, layout), valuesOf(state)) };
   const own = asked.get(robot);
   if (own && own.version === entity.layoutVersion) return { ...own.request, ...now };
   const assets: Record<string, string> = {};

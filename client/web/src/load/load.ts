@@ -9,7 +9,6 @@ import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
 import { includes, Locator, mayNameMore } from "./locator";
 import { checkSize } from "./limits";
-import { freePlace, wayOut } from "./spawn-position";
 import { sha256 } from "./sha256";
 import { uploadFile } from "./upload";
 import { MOUNT, nameOf, Tree } from "./tree";
@@ -127,37 +126,24 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   }
   const what = prepared.name === "" ? nameOf(urdf) : prepared.name;
   const source = { source: { case: "description", value: prepared.description }, assets: found.hashes, missing: found.missing } as const;
-  const place = { ...(await freePlace()), ...given(options.position) };
-  let request = requestOf(source, options, place, prepared.models.length > 0);
-  let spawned = await spawn(entities, what, request);
-  const [name, isAlone] = [spawned?.entity?.name ?? "", spawned?.others.length === 0];
-  const isLifted = Object.keys(given(options.position)).length === 0;
-  const { aside, up } = isAlone ? await wayOut(name) : { aside: 0, up: 0 };
-  const moved = { ...place, y: place.y + (options.position?.y === undefined ? aside : 0), z: place.z + (isLifted ? up : 0) };
-  if (moved.y !== place.y || moved.z !== place.z) {
-    // A reset moves a robot to its spawn pose. So it is spawned again there, and not moved.
-    await entities.deleteEntity({ robot: name });
-    request = requestOf(source, options, moved, prepared.models.length > 0);
-    spawned = await spawn(entities, what, request);
-  }
+  const request = requestOf(source, options, prepared.models.length > 0);
+  const spawned = await spawn(entities, what, request);
+  const isLifted = request.onGround === true;
   const entity = keepReport(spawned, request.base !== Base.FIXED, isLifted);
   // With several robots, each would load all of them again.
   if (spawned?.others.length === 0) loaded(entity, request, isLifted);
 }
 
 /** The request. An SDF or MJCF states which links are fixed, unless the user chooses otherwise. */
-function requestOf(source: Source, { name, yaw, base, meshes, scale }: LoadOptions, position: Place, saysBase: boolean): Spawn {
+function requestOf(source: Source, { name, yaw, base, meshes, scale, position = {} }: LoadOptions, saysBase: boolean): Spawn {
+  const { x = 0, y = 0, z = 0 } = position;
   const pose = {
-    position,
+    position: { x, y, z },
     ...(yaw !== 0 && { orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } }),
   };
   const chosen = saysBase && base === DEFAULT_OPTIONS.base ? Base.UNSPECIFIED : BASES[base];
-  return { source, name, allowRenaming: true, base: chosen, pose, meshShapes: SHAPES[meshes], ...(scale !== 1 && { scale }) };
-}
-
-/** The coordinates that the user has entered. */
-function given(position: LoadOptions["position"] = {}): Partial<Place> {
-  return Object.fromEntries(Object.entries(position).filter(([, value]) => value !== undefined));
+  const free = { besideOthers: position.y === undefined, onGround: Object.values(position).every((value) => value === undefined) };
+  return { source, name, allowRenaming: true, base: chosen, pose, ...free, meshShapes: SHAPES[meshes], ...(scale !== 1 && { scale }) };
 }
 
 /** The files of the URIs of a robot. */

@@ -77,6 +77,7 @@ pub fn spawn(name: &str, joint_positions: &[(&str, f64)]) -> Command {
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     }))
 }

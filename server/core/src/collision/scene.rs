@@ -74,7 +74,8 @@ impl PlacedShape {
         (self.robot, self.collider)
     }
 
-    pub(super) fn is_plane(&self) -> bool {
+    /// Returns whether it is a plane.
+    pub fn is_plane(&self) -> bool {
         self.shape.shape_type() == ShapeType::HalfSpace
     }
 

@@ -97,6 +97,7 @@ fn world(fixed: bool) -> Simulation {
         joint_orientations: Vec::new(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     };
     world.apply(&Command::Spawn(Box::new(spawn))).unwrap();

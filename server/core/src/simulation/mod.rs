@@ -4,7 +4,7 @@
 //!
 //! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `pull`, `claim`, [`target_sources`],
 //!   [`trajectory`]: small types.
-//! * `check`: validation of numbers. [`sensors`]: definitions of sensors, their samples and their noise.
+//! * `check`: validation of numbers. [`free_place`]: a free place for a robot. [`sensors`]: definitions of sensors, their samples and their noise.
 //! * [`world_state`]: the state as plain data.
 //! * `entity`: one robot. `constraints`, `sleep`, `groups`, `group_memory`, `contacts`: its constraints, its
 //!   sleep, its group and its contacts.
@@ -24,6 +24,7 @@ mod contacts;
 mod entity;
 pub mod error;
 pub mod event;
+pub mod free_place;
 mod group_memory;
 mod groups;
 pub mod joint_status;

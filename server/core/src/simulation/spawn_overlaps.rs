@@ -1,17 +1,12 @@
 //! Overlaps of a robot's links with other robots, and a free place beside them, from a published state alone.
 
-use glamx::DVec3;
-
 use super::error::Error;
+use super::free_place::Extent;
 use super::published_state::PublishedState;
 use super::queries::{DistanceQuery, QueryBody};
-use crate::collision::scene::link_bounds;
 
 /// Depth below which overlaps count as contact, metres.
 const TOUCHES: f64 = 1e-3;
-
-/// Distance of a free place from others, metres.
-const FREE_PLACE_GAP: f64 = 0.1;
 
 /// Two overlapping links of different robots, of which one can move.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,26 +56,15 @@ impl PublishedState {
         Ok(overlaps)
     }
 
-    /// Returns the displacement along x of the robot at this index that brings its bounds beside those of all
-    /// others, metres. Returns `None` if it has no shapes.
+    /// Returns the displacement along y of the robot at this index to a place beside all others, metres;
+    /// `None` if there is no such robot.
     pub fn way_to_free_place(&self, robot: usize) -> Option<f64> {
-        let entity = self.world.entities.get(robot)?;
-        let own = self.bounds(robot, entity.model.links.len())?;
         let others = (0..self.world.entities.len()).filter(|other| *other != robot);
-        let ends = others.filter_map(|other| {
-            let links = self.world.entities.get(other)?.model.links.len();
-            let [least, most] = self.bounds(other, links)?;
-            // Floors are below everything.
-            let is_floor = (most - least).x > 10.0 * (own[1] - own[0]).x.max(1.0);
-            (!is_floor).then_some(most.x)
-        });
-        let end = ends.fold(f64::NEG_INFINITY, f64::max);
-        end.is_finite().then(|| end + FREE_PLACE_GAP - own[0].x)
+        Some(self.extent(robot)?.way_beside(others.filter_map(|other| self.extent(other))))
     }
 
-    /// Returns the box around all shapes of a robot except planes, along the world's axes.
-    fn bounds(&self, robot: usize, links: usize) -> Option<[DVec3; 2]> {
-        let boxes = link_bounds(&self.placed(robot, None), links).into_iter().flatten();
-        boxes.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    fn extent(&self, robot: usize) -> Option<Extent> {
+        let entity = self.world.entities.get(robot)?;
+        Some(Extent::new(&entity.tree, &entity.shapes, &self.link_poses(robot)?))
     }
 }

@@ -11,6 +11,7 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
 use simd_core::simulation::command::{CollisionPair, ContactSettings, JointOrientation, Spawn};
+use simd_core::simulation::free_place::FreePlace;
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{LoadReport, RobotModel, SrdfPair, wire_name};
@@ -34,6 +35,8 @@ pub struct SpawnRequest {
     pub allow_renaming: bool,
     /// `world_from_root`.
     pub pose: DPose3,
+    /// Coordinates of `pose` that the world chooses.
+    pub free_place: FreePlace,
     /// Whether the base is fixed; `None` fixes a root link called `world`.
     pub fixed_base: Option<bool>,
     /// Whether joints have no actuators, instead of holding their position.
@@ -209,6 +212,7 @@ impl SimHandle {
                 passive: request.passive,
                 joint_positions: request.joint_positions.clone(),
                 joint_orientations: request.joint_orientations.clone(),
+                free_place: request.free_place,
                 loaded_at_start,
             });
         }

@@ -62,6 +62,7 @@ fn request(source: Source) -> SpawnRequest {
         name: String::new(),
         allow_renaming: false,
         pose: DPose3::IDENTITY,
+        free_place: Default::default(),
         fixed_base: Some(true),
         passive: false,
         joint_positions: Vec::new(),

@@ -65,6 +65,7 @@ async fn spawn(handle: &SimHandle, urdf: &str, name: &str, xyz: [f64; 3]) {
         name: name.into(),
         allow_renaming: true,
         pose: DPose3::from_translation(DVec3::from(xyz)),
+        free_place: Default::default(),
         fixed_base: None,
         passive: false,
         joint_positions: Vec::new(),

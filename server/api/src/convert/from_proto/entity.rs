@@ -10,6 +10,7 @@ use simd_core::simulation::command::{
     CollisionFilterChange, CollisionPair, ContactSettings, JointOrientation, LinkPull, LinkWrench,
     WrenchDuration,
 };
+use simd_core::simulation::free_place::FreePlace;
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -123,6 +124,7 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
             Some(given) => geometry::pose(&Path::ROOT.field("pose"), given)?,
             None => DPose3::IDENTITY,
         },
+        free_place: FreePlace { beside_others: request.beside_others, on_ground: request.on_ground },
         fixed_base,
         passive,
         joint_positions: request.joint_positions.into_iter().collect(),

@@ -82,6 +82,7 @@ fn spawn(name: &str, model: RobotModel, fixed: bool, at: DVec3) -> Command {
         joint_orientations: Vec::new(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     }))
 }

@@ -10,6 +10,7 @@ use simd_model::robot::{Collision, Geometry, Link};
 use super::{CollisionPair, ContactSettings, JointOrientation};
 use crate::collision::Shapes;
 use crate::plain::pose3;
+use crate::simulation::free_place::FreePlace;
 
 /// Robot to add to the world.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -27,6 +28,10 @@ pub struct Spawn {
     /// Pose `world_from_root`.
     #[serde(with = "pose3")]
     pub pose: DPose3,
+    /// Coordinates of `pose` that the world chooses. Robots that are spawned together are moved together, as
+    /// the first one says.
+    #[serde(default)]
+    pub free_place: FreePlace,
     /// Whether its root link is fixed; `None` fixes a root link called `world`.
     pub fixed_base: Option<bool>,
     /// Whether its joints are not actuated; else they hold their position.

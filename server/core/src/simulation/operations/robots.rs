@@ -16,6 +16,7 @@ use crate::simulation::command::{
 use crate::simulation::entity::{Entity, apply_mimics, tree_for};
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
+use crate::simulation::free_place::{Extent, FreePlace};
 use crate::simulation::wrench::ActiveWrench;
 use crate::simulation::{EventKind, Reply, Simulation, check};
 
@@ -37,19 +38,29 @@ fn number_of(robot: &str, name: &str) -> Option<usize> {
     if is_plain { digits.parse().ok() } else { None }
 }
 
-fn came<'a>(name: &str, spawn: &'a Spawn) -> Came<'a> {
-    Came { name: name.to_owned(), model: &spawn.model, pose: spawn.pose }
+fn came<'a>(name: &str, spawn: &'a Spawn, way: DVec3) -> Came<'a> {
+    let pose = DPose3 { translation: spawn.pose.translation + way, ..spawn.pose };
+    Came { name: name.to_owned(), model: &spawn.model, pose }
+}
+
+/// Returns the extent of a robot at its present configuration.
+fn extent(entity: &Entity) -> Extent {
+    let tree = entity.body.tree();
+    let positions = &entity.body.positions()[tree.root_positions()..];
+    let poses = tree.link_poses(entity.body.root_pose(), positions);
+    Extent::new(tree, entity.colliders.shapes(), &poses)
 }
 
 impl Simulation {
     pub(in crate::simulation) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
-        let entity = self.prepared(spawn, &[])?;
+        let mut entity = self.prepared(spawn, &[])?;
         self.check_described_constraints([spawn])?;
         self.check_described_sensors([spawn])?;
+        let way = self.find_place(std::slice::from_mut(&mut entity), spawn.free_place)?;
         let first = self.entities.len();
         let name = self.admit(entity);
         self.lay_out_from(first);
-        self.make_described_constraints(&[came(&name, spawn)]);
+        self.make_described_constraints(&[came(&name, spawn, way)]);
         Ok(Reply::Spawned { name })
     }
 
@@ -62,12 +73,32 @@ impl Simulation {
         }
         self.check_described_constraints(spawns)?;
         self.check_described_sensors(spawns)?;
+        let free_place = spawns.first().map(|spawn| spawn.free_place).unwrap_or_default();
+        let way = self.find_place(&mut entities, free_place)?;
         let first = self.entities.len();
         let names: Vec<String> = entities.into_iter().map(|entity| self.admit(entity)).collect();
         self.lay_out_from(first);
-        let came: Vec<Came> = names.iter().zip(spawns).map(|(name, spawn)| came(name, spawn)).collect();
+        let came: Vec<Came> = names.iter().zip(spawns).map(|(name, spawn)| came(name, spawn, way)).collect();
         self.make_described_constraints(&came);
         Ok(Reply::SpawnedAll { names })
+    }
+
+    /// Moves robots that are spawned together to a free place, and returns by how much, metres.
+    fn find_place(&self, robots: &mut [Entity], asked: FreePlace) -> Result<DVec3, Error> {
+        let FreePlace { beside_others, on_ground } = asked;
+        let own = robots.iter().map(extent).reduce(Extent::union);
+        let Some(own) = own.filter(|_| beside_others || on_ground) else { return Ok(DVec3::ZERO) };
+        let aside = if beside_others { own.way_beside(self.entities.iter().map(extent)) } else { 0.0 };
+        let up = if on_ground { own.way_up() } else { 0.0 };
+        let way = DVec3::new(0.0, aside, up);
+        for entity in robots.iter_mut().filter(|_| way != DVec3::ZERO) {
+            let mut pose = entity.body.root_pose();
+            pose.translation += way;
+            check::moderate_pose("pose", &pose)?;
+            entity.body.set_root_pose(pose);
+            entity.state.spawned = std::sync::Arc::new(entity.body.state().clone());
+        }
+        Ok(way)
     }
 
     /// Creates a robot to be added to the world together with `with`.

@@ -83,6 +83,7 @@ fn spawn(name: &str, model: Arc<RobotModel>) -> Spawn {
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
+        free_place: Default::default(),
         loaded_at_start: false,
     }
 }

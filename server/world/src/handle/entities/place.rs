@@ -43,9 +43,10 @@ impl SimHandle {
             };
             let mut findings: Vec<Finding> = below.into_iter().map(below_terrain).collect();
             let overlaps = state.spawn_overlaps(robot, &is_cancelled).unwrap_or_default();
-            let free = state.roots.get(robot).zip(state.way_to_free_place(robot)).map(|(root, way)| {
+            let way = state.way_to_free_place(robot).filter(|way| *way > 0.0);
+            let free = state.roots.get(robot).zip(way).map(|(root, way)| {
                 let place = root.pose.translation;
-                [place.x + way, place.y, place.z]
+                [place.x, place.y + way, place.z]
             });
             findings.extend(
                 overlaps.into_iter().take(MAX_NAMED).map(|overlap| overlaps_other(&own_name, overlap, free)),
@@ -102,7 +103,8 @@ fn overlaps_other(name: &str, overlap: SpawnOverlap, free: Option<[f64; 3]>) -> 
     let SpawnOverlap { link, robot, other_link, depth } = overlap;
     let advice = match free {
         Some([x, y, z]) => format!(
-            "delete {name:?} and load it where there is room, for instance with `--pose {x:.2},{y:.2},{z:.2}`"
+            "delete {name:?} and load it beside the others (`--beside`), or where there is room, for instance with \
+             `--pose {x:.2},{y:.2},{z:.2}`"
         ),
         // A plane cannot be put beside others.
         None => format!("put {name:?} or {robot:?} elsewhere"),
