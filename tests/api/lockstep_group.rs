@@ -241,6 +241,10 @@ async fn who_has_claimed_the_world_is_held_up_by_no_member(via: Via) {
     assert_eq!(refused.reason(), Some(ErrorReason::WorldClaimed), "{refused}");
     holder.step(2).await.unwrap();
     assert_eq!(step(&holder).await, 2);
+    // Steps in lockstep wait for the holder's members only.
+    let own = holder.join_lockstep(LONG).await.unwrap();
+    assert_eq!(at(holder.step_with(steps(3, &own)).await), 5);
+    holder.leave_lockstep(&own).await.unwrap();
     holder.play().await.unwrap();
     holder.pause().await.unwrap();
     // Without its claim it is like any client.

@@ -10,6 +10,7 @@ use tokio::sync::{Notify, oneshot};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
+use super::claims::Leases;
 use super::{CallError, SimHandle};
 use crate::account::Account;
 use crate::driver::{LockstepChange, LogEvent, Stepped};
@@ -41,6 +42,8 @@ struct Member {
     id: Arc<str>,
     client: Arc<str>,
     timeout: Duration,
+    /// Claim of its last request, or of its joining.
+    claim: Option<ClaimId>,
     state: State,
 }
 
@@ -51,8 +54,6 @@ enum State {
     /// It has asked for steps, of which `remaining` are still to be done.
     Waits {
         remaining: u64,
-        /// Claim of its request.
-        claim: Option<ClaimId>,
         /// Whether the steps in progress count for it: it asked before they began.
         is_counted: bool,
         /// Present while its targets are being set: until then it has not asked.
@@ -97,6 +98,12 @@ impl Lockstep {
     }
 }
 
+impl Member {
+    fn has_asked(&self) -> bool {
+        matches!(self.state, State::Waits { sets_targets: None, .. })
+    }
+}
+
 impl Group {
     fn find(&mut self, id: &str) -> Result<&mut Member, CallError> {
         let found = self.members.iter_mut().find(|member| *member.id == *id);
@@ -130,22 +137,29 @@ impl Group {
         }
     }
 
-    /// Returns whether all members have asked.
-    fn is_due(&mut self) -> bool {
+    /// Returns whether all members have asked that the steps wait for. If a member that has asked holds a
+    /// claim on the world, these are the members with that claim.
+    fn is_due(&mut self, leases: &Leases) -> bool {
         self.forget_gone();
-        let has_asked = |member: &Member| matches!(member.state, State::Waits { sets_targets: None, .. });
-        !self.members.is_empty() && self.members.iter().all(has_asked)
+        self.members.iter().any(Member::has_asked) && self.all_waited_for(leases, Member::has_asked)
     }
 
-    /// Returns the claim for the next steps: the first claim of a member's request, in the order in which
-    /// they joined, or none. The outer `None` means that a member has yet to ask.
-    fn steps_claim(&self) -> Option<Option<ClaimId>> {
-        let asked_with = |member: &Member| match member.state {
-            State::Waits { claim, .. } => Some(claim),
-            State::Computes { .. } => None,
-        };
-        let claims: Option<Vec<Option<ClaimId>>> = self.members.iter().map(asked_with).collect();
-        claims.map(|claims| claims.into_iter().flatten().next())
+    /// Returns the claim for the next steps: the claim on the world, else the first claim of a member in
+    /// joining order. The outer `None` means that a member has yet to ask.
+    fn steps_claim(&self, leases: &Leases) -> Option<Option<ClaimId>> {
+        let asks = |member: &Member| matches!(member.state, State::Waits { .. });
+        self.all_waited_for(leases, asks).then(|| {
+            let claims =
+                || self.members.iter().filter(|member| asks(member)).filter_map(|member| member.claim);
+            claims().find(|claim| leases.holds_world(*claim)).or_else(|| claims().next())
+        })
+    }
+
+    /// Returns whether `has_asked` holds for each member that the steps wait for.
+    fn all_waited_for(&self, leases: &Leases, has_asked: impl Fn(&Member) -> bool) -> bool {
+        let holds = |member: &Member| member.claim.is_some_and(|claim| leases.holds_world(claim));
+        let is_held = self.members.iter().any(|member| has_asked(member) && holds(member));
+        self.members.iter().filter(|member| !is_held || holds(member)).all(has_asked)
     }
 
     /// Notes that the member's targets are set, so that it has asked.
@@ -155,21 +169,21 @@ impl Group {
         }
     }
 
-    /// Begins the next steps if all members have asked. Returns their number, up to the nearest step that one
-    /// asked for, and the first claim of a member in joining order. The steps then count for all of them.
-    fn begin(&mut self) -> Option<(u64, Option<ClaimId>)> {
-        if !self.is_due() {
+    /// Begins the next steps if they are due. Returns their number, up to the nearest step that a member asked
+    /// for, and their claim. The steps then count for all members that have asked.
+    fn begin(&mut self, leases: &Leases) -> Option<(u64, Option<ClaimId>)> {
+        if !self.is_due(leases) {
             return None;
         }
-        let (mut steps, mut first) = (u64::MAX, None);
-        for member in &mut self.members {
-            if let State::Waits { remaining, claim, is_counted, .. } = &mut member.state {
+        let claim = self.steps_claim(leases).flatten();
+        let mut steps = u64::MAX;
+        for member in self.members.iter_mut().filter(|member| member.has_asked()) {
+            if let State::Waits { remaining, is_counted, .. } = &mut member.state {
                 *is_counted = true;
                 steps = steps.min(*remaining);
-                first = first.or(*claim);
             }
         }
-        Some((steps, first))
+        Some((steps, claim))
     }
 
     /// Subtracts completed steps from the members' remaining ones, and answers members that are done; after a
@@ -224,7 +238,8 @@ impl SimHandle {
                 });
             }
             let state = State::Computes { deadline: Instant::now() + timeout };
-            group.members.push(Member { id: Arc::clone(&id), client: client.into(), timeout, state });
+            let (id, client, claim) = (Arc::clone(&id), client.into(), self.claim);
+            group.members.push(Member { id, client, timeout, claim, state });
         }
         self.log_lockstep(client, LockstepChange::Joined);
         tokio::spawn(self.clone().watch_member(Arc::clone(&id), until.unwrap_or_default()));
@@ -292,9 +307,9 @@ impl SimHandle {
                 }
                 _ => None,
             };
-            let claim = self.claim;
-            member.state = State::Waits { remaining: steps, claim, is_counted: false, sets_targets, reply };
-            group.steps_claim()
+            member.claim = self.claim;
+            member.state = State::Waits { remaining: steps, is_counted: false, sets_targets, reply };
+            group.steps_claim(&self.inner.leases)
         };
         let mut clamped = Vec::new();
         if let Some(targets) = targets {
@@ -307,11 +322,11 @@ impl SimHandle {
         Ok(Stepped { clamped, ..stepped })
     }
 
-    /// Advances the world while all members have asked, in one task at a time.
+    /// Advances the world while steps are due, in one task at a time.
     fn advance_lockstep(&self) {
         {
             let mut group = self.inner.lockstep.lock();
-            if group.is_stepping || !group.is_due() {
+            if group.is_stepping || !group.is_due(&self.inner.leases) {
                 return;
             }
             group.is_stepping = true;
@@ -322,7 +337,7 @@ impl SimHandle {
             loop {
                 let due = {
                     let mut group = handle.inner.lockstep.lock();
-                    let due = group.begin();
+                    let due = group.begin(&handle.inner.leases);
                     group.is_stepping = due.is_some();
                     due
                 };
