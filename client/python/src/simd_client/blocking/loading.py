@@ -46,6 +46,7 @@ class Loading(Connection):
         *,
         position: npt.ArrayLike = (0, 0, 0),
         orientation: npt.ArrayLike = UPRIGHT,
+        beside: bool = False,
         fixed: bool | None = None,
         passive: bool = False,
         joint_positions: JointPositions | None = None,
@@ -69,8 +70,9 @@ class Loading(Connection):
         `model` selects one of several robots in a file. Without it all are spawned at one moment: the first
         is returned, and `robots` of the simulation has the others.
 
-        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to
-        the world; by default it is fixed if it is called `world`. Joints hold their position unless
+        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `beside` moves the robot
+        along y until it stands beside all others, and up until its collision shapes are above z = 0. `fixed`
+        fixes the root link to the world; by default it is fixed if it is called `world`. Joints hold their position unless
         `passive`, and start at `joint_positions`: by joint name, where they may have units, or as an array in
         joint order. A spherical joint has a quaternion x y z w. A position beyond a limit is clamped and
         reported in `report`; with `beyond_limit="refuse"` the robot is refused, and with `"keep"` it starts
@@ -85,7 +87,7 @@ class Loading(Connection):
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf), collision, model, beyond_limit,
+            surfaces, self_collision, srdf_bytes(srdf), collision, model, beyond_limit, beside,
         )  # fmt: skip
         if progress is False:
             return self._spawn(upload(self, path, packages, xacro_arguments), options)
@@ -100,6 +102,7 @@ class Loading(Connection):
         *,
         position: npt.ArrayLike = (0, 0, 0),
         orientation: npt.ArrayLike = UPRIGHT,
+        beside: bool = False,
         fixed: bool | None = None,
         passive: bool = False,
         joint_positions: JointPositions | None = None,
@@ -115,7 +118,7 @@ class Loading(Connection):
         """Like `load`, for the text of a URDF that refers to no files."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit,
+            surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit, beside=beside,
         )  # fmt: skip
         source = proto.DescriptionSource(urdf=urdf.encode() if isinstance(urdf, str) else urdf)
         return self._spawn(source, options)
@@ -127,6 +130,7 @@ class Loading(Connection):
         *,
         position: npt.ArrayLike = (0, 0, 0),
         orientation: npt.ArrayLike = UPRIGHT,
+        beside: bool = False,
         fixed: bool | None = None,
         passive: bool = False,
         joint_positions: JointPositions | None = None,
@@ -142,7 +146,7 @@ class Loading(Connection):
         """Like `load`, for a path on the daemon's disk, below one of its asset roots."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit,
+            surfaces, self_collision, srdf_bytes(srdf), collision, beyond_limit=beyond_limit, beside=beside,
         )  # fmt: skip
         return self._spawn(proto.DescriptionSource(path=path), options)
 
