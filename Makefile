@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo demo-build dist dist-check dist-test camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun python-blocking docs test-web test-browsers chromium firefox pairs test-data build lint lint-text clippy clippy-features nextest bench rollouts soak truth wide scenes fuzz reference clean
+.PHONY: demo demo-build dist dist-check dist-test release camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun python-blocking docs test-web test-browsers chromium firefox pairs test-data build lint lint-text clippy clippy-features nextest bench rollouts soak truth wide scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: demo-build
@@ -184,7 +184,8 @@ clippy-features: lint-text
 lint-text:
 	$(CARGO) fmt --all --check
 	@$(CAN) npm; case $$? in \
-	  0) cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint ;; \
+	  0) cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint && \
+	     if [ -f released.binpb ]; then npx --no-install buf breaking --against released.binpb; fi ;; \
 	  1) ;; \
 	  *) exit 1 ;; esac
 
@@ -276,6 +277,16 @@ dist: web
 	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --workspace --bins --features simd-server/jemalloc
 	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist -p simd-embedded
 	python3 server/packaging/dist.py
+
+# Commits VERSION, for instance 0.2.0, and writes all packages of it, a bill of materials, checksums and notes to dist/.
+# It publishes nothing: it prints the commands that do.
+release: target/release-venv/installed
+	target/release-venv/bin/python server/packaging/make_release.py $(VERSION)
+
+target/release-venv/installed: server/packaging/requirements.txt
+	python3 -m venv target/release-venv
+	target/release-venv/bin/pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
 
 # Installs each package on an empty system, and does the main job there. It runs as root, for mmdebstrap and chroot.
 dist-check: dist

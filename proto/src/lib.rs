@@ -3,6 +3,9 @@
 //! The conventions are versions, names of headers, tokens, Zenoh keys, proofs of claims, and printable
 //! characters of names.
 
+use std::env::consts::{ARCH, OS};
+use std::sync::LazyLock;
+
 pub mod access;
 pub mod checked;
 mod hex;
@@ -44,6 +47,17 @@ pub const ERROR_DOMAIN: &str = "simd";
 
 /// Default port of the daemon.
 pub const DEFAULT_PORT: u16 = 7400;
+
+/// Version of this program for people, with commit and target, such as `0.2.0 (commit 1a2b3c4d5e6f, x86_64 linux)`.
+/// Packages set `SIMD_COMMIT` when they are compiled; without it this is a development build.
+pub static PROGRAM_VERSION: LazyLock<String> = LazyLock::new(|| {
+    let version = env!("CARGO_PKG_VERSION");
+    let build = match option_env!("SIMD_COMMIT") {
+        Some(commit) if !commit.is_empty() => format!("commit {commit}"),
+        _ => "development build".to_owned(),
+    };
+    format!("{version} ({build}, {ARCH} {OS})")
+});
 
 /// A version of the schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

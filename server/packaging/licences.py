@@ -59,33 +59,44 @@ OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR
 
 
 @dataclass(frozen=True)
-class _Package:
+class Package:
+    """A package that the binaries contain."""
+
+    # The type of its package URL: `cargo` or `npm`; empty for Rust's standard library.
+    kind: str
     name: str
+    version: str
     licence: str
     source: str
     texts: tuple[str, ...]
 
+    def __str__(self) -> str:
+        return f"{self.name} {self.version}"
+
+
+def packages() -> list[Package]:
+    """Returns the packages of others in the binaries. Exits if one has no licence, or one that is not reviewed."""
+    found = [*_crates(), *_page(), _standard_library()]
+    for package in found:
+        _accept(package)
+    return found
+
 
 def collect() -> str:
-    """Returns the document: a line for each package, then each text with its packages.
-
-    Exits if a package has no licence, or one that is not reviewed.
-    """
-    packages = [*_crates(), *_page(), _standard_library()]
-    for package in packages:
-        _accept(package)
+    """Returns the document: a line for each package, then each text with its packages."""
+    found = packages()
     lines = ["Packages of others in simd, simctl and simd-camera, their licences, and where they come from.", ""]
-    lines += [f"{package.name}: {package.licence} ({package.source})" for package in packages]
+    lines += [f"{package}: {package.licence} ({package.source})" for package in found]
     users: dict[str, list[str]] = defaultdict(list)
-    for package in packages:
+    for package in found:
         for text in package.texts:
-            users[text].append(package.name)
+            users[text].append(str(package))
     for text, names in users.items():
         lines += ["", "=" * 100, ", ".join(dict.fromkeys(names)), "=" * 100, "", text]
     return "\n".join(lines) + "\n"
 
 
-def _crates() -> list[_Package]:
+def _crates() -> list[Package]:
     """Packages that `cargo tree` lists as linked. Macros run at compile time, and are not linked."""
     packages = ["--package=simd-server", "--package=simd-cli", "--package=simd-camera", "--package=simd-embedded"]
     edges = ["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
@@ -93,7 +104,7 @@ def _crates() -> list[_Package]:
     # `name v1.2.3`, and `(*)` if it was listed before.
     wanted = {tuple(line.split()[:2]) for line in linked.splitlines() if line}
     metadata = json.loads(run("cargo", "metadata", "--format-version=1", "--locked", _FEATURES, cwd=REPOSITORY))
-    found: list[_Package] = []
+    found: list[Package] = []
     for crate in sorted(metadata["packages"], key=lambda crate: (crate["name"], crate["version"])):
         # Crates without a source are ours.
         if crate["source"] is None or (crate["name"], f"v{crate['version']}") not in wanted:
@@ -104,14 +115,14 @@ def _crates() -> list[_Package]:
         if crate["name"] in _INSIDE:
             texts.append((Path(crate["manifest_path"]).parent / _INSIDE[crate["name"]]).read_text().strip())
         source = crate["repository"] or f"https://crates.io/crates/{crate['name']}"
-        found.append(_Package(name, licence, source, tuple(texts)))
+        found.append(Package("cargo", crate["name"], crate["version"], licence, source, tuple(texts)))
     return found
 
 
-def _page() -> list[_Package]:
+def _page() -> list[Package]:
     """Packages of the page in the browser."""
     lock = json.loads((_WEB / "package-lock.json").read_text())
-    found: list[_Package] = []
+    found: list[Package] = []
     for place, package in lock["packages"].items():
         if not place or package.get("dev"):
             continue
@@ -124,14 +135,14 @@ def _page() -> list[_Package]:
             head = itertools.takewhile(lambda line: line.startswith("//"), source.splitlines())
             texts.append("\n".join(line.removeprefix("//").removeprefix(" ") for line in head))
         source = f"https://www.npmjs.com/package/{name}"
-        found.append(_Package(f"{name} {package['version']}", package["license"], source, tuple(texts)))
+        found.append(Package("npm", name, package["version"], package["license"], source, tuple(texts)))
     return found
 
 
-def _standard_library() -> _Package:
+def _standard_library() -> Package:
     version = run("rustc", "--version", cwd=REPOSITORY).split()[1]
     apache = (REPOSITORY / "LICENSE").read_text().strip()
-    return _Package(f"Rust's standard library {version}", "MIT OR Apache-2.0", "https://github.com/rust-lang/rust", (apache,))
+    return Package("", "Rust's standard library", version, "MIT OR Apache-2.0", "https://github.com/rust-lang/rust", (apache,))
 
 
 def _files(folder: Path) -> list[str]:
@@ -152,9 +163,9 @@ def _standard_text(name: str, licence: str, authors: list[str]) -> str:
     raise SystemExit(f"{name} is under {licence!r} and brings no text of it: look at it, and add what it needs here")
 
 
-def _accept(package: _Package) -> None:
+def _accept(package: Package) -> None:
     """Exits if the licence is not reviewed."""
     for clause in re.split(r"\s+AND\s+", package.licence.strip()):
         choices = {choice.strip() for choice in re.split(r"\s+OR\s+|\s*/\s*", clause.strip("()"))}
         if not choices & _ACCEPTED:
-            raise SystemExit(f"{package.name} is under {package.licence!r}: look at it, and add it here if it may be in simd")
+            raise SystemExit(f"{package} is under {package.licence!r}: look at it, and add it here if it may be in simd")

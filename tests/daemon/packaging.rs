@@ -178,6 +178,61 @@ fn the_containerfile_names_what_there_is() {
     }
 }
 
+/// The tool writes into a copy of the files that have the version.
+#[tokio::test]
+async fn a_release_sets_the_version_everywhere_and_dates_the_changelog() {
+    let home = Home::new();
+    let schema = "proto/src/generated/simd.v1.bin";
+    let client = "client/python/src/simd_client/version.py";
+    for file in ["Cargo.toml", "CHANGELOG.md", client, schema] {
+        let copy = home.path().join(file);
+        std::fs::create_dir_all(copy.parent().unwrap()).unwrap();
+        std::fs::copy(repository().join(file), copy).unwrap();
+    }
+    let release = async || {
+        let mut command = home.command("python3");
+        let line = "import make_release, pathlib, sys; \
+                    make_release.set_version(pathlib.Path(sys.argv[1]), '99.0.1', '2026-01-02')";
+        command.current_dir(packaging()).arg("-B").args(["-c", line]).arg(home.path());
+        said("make_release.py", command).await
+    };
+    let done = release().await;
+    assert_eq!(done.code, 0, "{}", done.err);
+    let text = |file: &str| std::fs::read_to_string(home.path().join(file)).unwrap();
+    assert!(text("Cargo.toml").contains("\nversion = \"99.0.1\"\n"));
+    assert!(text(client).contains("\n__version__ = \"99.0.1\"\n"));
+    assert!(text("CHANGELOG.md").contains("\n## Unreleased\n\n## 99.0.1 (2026-01-02)\n"));
+    let bytes = |file: &str| std::fs::read(home.path().join(file)).unwrap();
+    assert_eq!(bytes("proto/released.binpb"), bytes(schema));
+    // Without a change there is nothing to release.
+    let again = release().await;
+    assert_eq!(again.code, 1);
+    assert!(again.err.contains("nothing has changed since the last release"), "{}", again.err);
+}
+
+/// Without a container: the daemon has the flags, and the mounted files exist.
+#[test]
+fn the_compose_file_starts_the_daemon_with_flags_that_it_has() {
+    let text = read("compose.yaml");
+    let commands: Vec<Vec<String>> = text
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("command: "))
+        .map(|list| serde_json::from_str(list).unwrap())
+        .collect();
+    let [daemon, ..] = commands.as_slice() else { panic!("{text}") };
+    let (file, flags) = daemon.split_at(2);
+    assert_eq!(file, ["--config", "/etc/simd/simd.toml"]);
+    let state = OsString::from("/var/lib/simd");
+    let line = std::iter::once("simd").chain(flags.iter().map(String::as_str)).map(OsString::from);
+    let config = Config::read(line, [(OsString::from("STATE_DIRECTORY"), state)]).unwrap();
+    assert_eq!(config.autosave.unwrap().file, PathBuf::from("/var/lib/simd/simd.simdstate"));
+    assert!(read("Containerfile").contains("ENV STATE_DIRECTORY=/var/lib/simd\n"));
+    for mounted in text.lines().filter_map(|line| line.trim().strip_prefix("- ./")) {
+        let (file, _) = mounted.split_once(':').unwrap();
+        assert!(packaging().join(file).is_file(), "{mounted}");
+    }
+}
+
 #[tokio::test]
 async fn scripts_of_the_package_are_shell_and_name_the_units() {
     let home = Home::new();

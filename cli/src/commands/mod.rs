@@ -61,7 +61,7 @@ Exit codes:
 
 /// Controls simd, the robot physics daemon.
 #[derive(Debug, Parser)]
-#[command(name = "simctl", version, after_long_help = AFTER_HELP)]
+#[command(name = "simctl", version = simd_client::PROGRAM_VERSION.as_str(), after_long_help = AFTER_HELP)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) options: Options,

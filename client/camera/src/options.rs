@@ -14,7 +14,7 @@ const NAME: usize = 128;
 /// Without a GPU it draws with Mesa's software renderer (Debian: mesa-vulkan-drivers). Several renderers can
 /// share the pictures of one world, also from other machines.
 #[derive(Debug, Parser)]
-#[command(name = "simd-camera", version)]
+#[command(name = "simd-camera", version = simd_client::PROGRAM_VERSION.as_str())]
 pub(crate) struct Options {
     /// Address of the daemon: host, host:port, http://host:port, or for Zenoh tcp/host:port[#NAME]; else
     /// $SIMD_ENDPOINT, else 127.0.0.1:7400

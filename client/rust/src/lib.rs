@@ -77,7 +77,7 @@ pub use sensor::{SensorWatch, every_sensor, some_sensors};
 pub use simd_assets::{Locator, NoUrdf, NotFound, Replacement, replace_file};
 pub use simd_proto::access;
 pub use simd_proto::text::{is_printable, printable, printable_lines, without_error_numbers};
-pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};
+pub use simd_proto::{API_VERSION, DEFAULT_PORT, PROGRAM_VERSION, keys::DEFAULT_LOCATOR, v1 as proto};
 pub use target::{Target, joint_target, robot_targets};
 pub use token::{Token, TokenFileError};
 pub use tonic::Code;

@@ -42,7 +42,7 @@ pub(super) struct Flags {
 pub(super) fn command(name: &'static str) -> Command {
     let arguments = KEYS.iter().filter_map(|key| key.flag.map(|flag| argument(key, flag)));
     Command::new(name)
-        .version(env!("CARGO_PKG_VERSION"))
+        .version(simd_proto::PROGRAM_VERSION.as_str())
         .about("A headless robot physics daemon")
         .long_about(
             "A headless robot physics daemon.\n\nIt owns one world of robots, steps it in real time, and \
