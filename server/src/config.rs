@@ -33,7 +33,7 @@ use tracing_subscriber::EnvFilter;
 
 pub use self::command::{Asked, run};
 pub use self::connections::Connections;
-pub use self::ros2::{Distro, NO_ROS2, Ros2};
+pub use self::ros2::{Distro, NO_ROS2, PlainNames, Ros2};
 pub use self::zenoh::{NO_ZENOH, Zenoh};
 use crate::log::LogFormat;
 use simd_world::driver;

@@ -5,7 +5,7 @@
 //! * `calls`: limit of simultaneous queries.
 //! * `connection`: a Zenoh session to the graph's router, which may disappear and return.
 //! * `endpoints`: publishers, subscriptions and servers in the form of `rmw_zenoh`.
-//! * `robots`: topics and frames of robots, and the messages of a state. `sensors`: those of sensors,
+//! * `names`: names of robots. `robots`: topics and frames of robots, and the messages of a state. `sensors`: those of sensors,
 //!   `cameras`: those of cameras.
 //! * `publications`: the published messages.
 //! * `commands`: the subscriptions.
@@ -19,6 +19,7 @@ mod cameras;
 mod commands;
 mod connection;
 mod endpoints;
+mod names;
 mod publications;
 mod robots;
 mod sensors;
@@ -73,7 +74,7 @@ async fn serve(settings: Ros2, handle: SimHandle, calls: [Calls; 2], ended: Canc
         let graph = Arc::new(Graph::join(session.clone(), &settings, &handle.info().name, calls).await?);
         tracing::info!(router = settings.router, domain = settings.domain_id, "a node of ROS 2");
         let _services = services::serve(&graph, &handle).await?;
-        publications::publish(&graph, &handle, settings.rate).await
+        publications::publish(&graph, &handle, &settings).await
     };
     if let Some(Err(error)) = ended.run_until_cancelled(node).await {
         tracing::error!("the node of ROS 2 ends: {error}");

@@ -244,7 +244,7 @@ def wait_for(fits: Callable[[], bool]) -> None:
         assert time.monotonic() < deadline
 
 
-def test_the_node_and_its_topics_are_seen_and_gone_with_the_robot(graph: Graph, sim: Simulation) -> None:
+def test_topics_keep_their_names_while_other_robots_come_and_go(graph: Graph, sim: Simulation) -> None:
     def seen(count: int) -> list[str]:
         deadline = within(SECONDS)
         while True:
@@ -265,10 +265,17 @@ def test_the_node_and_its_topics_are_seen_and_gone_with_the_robot(graph: Graph, 
     for kind, part in [("NN", ""), ("SS", "get_entities"), ("MS", "%forward_position_controller%commands")]:
         wait_for(has(kind, part))
     sim.load(ASSETS / "seven_arm", "right", fixed=True)
-    names = [token.split("/")[9] for token in seen(2) if "joint_states" in token]
-    assert sorted(names) == ["%left%joint_states", "%right%joint_states"]
+
+    def joint_states(count: int) -> list[str]:
+        return sorted(token.split("/")[9] for token in seen(count) if "joint_states" in token)
+
+    assert joint_states(2) == ["%joint_states", "%right%joint_states"]
+    states = graph.messages("/joint_states", "sensor_msgs/msg/JointState")
+    before = states.until(lambda message: True).header.stamp
+    sim.load(ASSETS / "seven_arm", "third", fixed=True).delete()
+    states.until(lambda message: message.header.stamp.sec > before.sec + 1)
     left.delete()
-    seen(1)
+    assert joint_states(1) == ["%right%joint_states"]
 
 
 def test_simulation_interfaces_are_served_to_a_foreign_client(graph: Graph, sim: Simulation) -> None:

@@ -4,6 +4,10 @@ use simd_ros2::wire;
 
 /// Default address of `rmw_zenohd`.
 const DEFAULT_ROUTER: &str = "tcp/localhost:7447";
+/// Words of `ros2.plain_names`.
+const FIRST: &str = "first";
+const NONE: &str = "none";
+const ROBOT: &str = "robot:";
 /// Largest domain of ROS 2.
 pub(super) const MAX_DOMAIN_ID: u32 = 232;
 /// Maximum messages of each topic per wall second.
@@ -28,6 +32,20 @@ pub struct Ros2 {
     pub distro: Distro,
     /// Maximum states per wall second.
     pub rate: f64,
+    /// Robot whose topics and frames have plain names.
+    pub plain_names: PlainNames,
+}
+
+/// Robot whose topics and frames have plain names, such as `/joint_states`. Others have their name before them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum PlainNames {
+    /// The first robot with joints.
+    #[default]
+    First,
+    /// The robot of this name.
+    Robot(String),
+    /// No robot.
+    None,
 }
 
 /// A distribution of ROS 2 with `rmw_zenoh`.
@@ -74,6 +92,7 @@ impl Default for Ros2 {
             namespace: "/".into(),
             distro: Distro::Jazzy,
             rate: 100.0,
+            plain_names: PlainNames::First,
         }
     }
 }
@@ -90,6 +109,28 @@ impl Ros2 {
             return Err(format!("ros2.namespace is {namespace:?}; it must be / or words like /lab/cell_1"));
         }
         self.namespace = namespace;
+        Ok(())
+    }
+
+    pub(super) fn plain_names(&self) -> String {
+        match &self.plain_names {
+            PlainNames::First => FIRST.into(),
+            PlainNames::None => NONE.into(),
+            PlainNames::Robot(robot) => format!("{ROBOT}{robot}"),
+        }
+    }
+
+    pub(super) fn set_plain_names(&mut self, names: &str) -> Result<(), String> {
+        self.plain_names = match (names, names.strip_prefix(ROBOT)) {
+            (FIRST, _) => PlainNames::First,
+            (NONE, _) => PlainNames::None,
+            (_, Some(robot)) if simd_model::is_wire_name(robot) => PlainNames::Robot(robot.into()),
+            _ => {
+                return Err(format!(
+                    "ros2.plain_names is {names:?}; it must be {FIRST:?}, {NONE:?}, or \"{ROBOT}\" and the name of a robot"
+                ));
+            }
+        };
         Ok(())
     }
 

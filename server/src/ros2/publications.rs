@@ -18,8 +18,10 @@ use super::actions::Action;
 use super::cameras::Cameras;
 use super::commands::{Commands, Inbox};
 use super::endpoints::{Graph, Topic};
+use super::names::Names;
 use super::robots::{MAX_ROBOTS, Robot, robots};
 use super::sensors::Sensors;
+use crate::config::Ros2;
 use simd_world::SimHandle;
 use simd_world::handle::Published;
 use simd_world::recording::stamp;
@@ -46,15 +48,20 @@ type Key = (u64, String);
 ///
 /// # Errors
 /// Returns an error if a topic cannot be declared.
-pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -> Result<(), zenoh::Error> {
+pub(super) async fn publish(
+    graph: &Arc<Graph>,
+    handle: &SimHandle,
+    settings: &Ros2,
+) -> Result<(), zenoh::Error> {
     let clock: Topic<Clock> = graph.publisher("/clock", CLOCK).await?;
     let tf: Topic<TFMessage> = graph.publisher("/tf", TF).await?;
     let tf_static: Topic<TFMessage> = graph.publisher("/tf_static", Qos::LATCHED).await?;
     let inbox = Inbox::open(handle);
-    let mut ticks = interval(Duration::from_secs_f64(1.0 / rate));
+    let mut ticks = interval(Duration::from_secs_f64(1.0 / settings.rate));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let (mut layout, mut shown): (Option<Arc<WorldLayout>>, Vec<Robot>) = (None, Vec::new());
     let mut topics: BTreeMap<Key, RobotTopics> = BTreeMap::new();
+    let mut names = Names::new(settings);
     let (mut sensors, mut cameras) = (Sensors::default(), Cameras::default());
     // Robots with another name in ROS that the log has.
     let mut logged = BTreeSet::new();
@@ -65,7 +72,7 @@ pub(super) async fn publish(graph: &Arc<Graph>, handle: &SimHandle, rate: f64) -
         let Ok(state) = handle.newer_than(sent, Some(UNCHANGED)).await else { return Ok(()) };
         sent = state.sequence;
         if layout.as_ref().is_none_or(|before| !Arc::ptr_eq(before, &state.state.world)) {
-            shown = robots(&state.state.world);
+            shown = robots(&state.state.world, &mut names);
             if state.state.world.entities.len() > MAX_ROBOTS {
                 tracing::warn!("ROS 2 shows only the first {MAX_ROBOTS} robots");
             }

@@ -1,8 +1,8 @@
 //! Topics and frames of robots, and the messages of a state.
 //!
-//! A world with one robot with joints shows it as a driver would: `/joint_states`, and frames named like its
-//! links. With several robots, each has its name before its topics and its frames. Robots without joints,
-//! such as a box, have only frames.
+//! The first robot with joints is shown as by its driver: `/joint_states`, and frames named like its links. Others have
+//! their name before their topics and frames (see [`super::names`]). Robots without joints, such as a box, have only
+//! frames.
 
 use std::sync::Arc;
 
@@ -18,6 +18,7 @@ use simd_ros2::messages::std_msgs::Header;
 use simd_ros2::messages::tf2_msgs::TFMessage;
 use simd_ros2::wire::word;
 
+use super::names::{Named, Names};
 use simd_world::recording::camera_message::SENSOR_FROM_OPTICAL;
 
 /// Frame that contains all robots.
@@ -42,24 +43,17 @@ pub(super) struct Robot {
     joints: Vec<usize>,
 }
 
-/// Returns the robots of a layout, in its order.
-pub(super) fn robots(world: &WorldLayout) -> Vec<Robot> {
-    let with_joints = world.entities.iter().filter(|entity| !joints(entity).is_empty()).count();
-    let mut taken: Vec<String> = Vec::new();
-    let shown = world.entities.iter().enumerate().take(MAX_ROBOTS);
-    shown
+/// Returns the robots of a layout, in its order, and names new ones.
+pub(super) fn robots(world: &WorldLayout, names: &mut Names) -> Vec<Robot> {
+    let shown = || world.entities.iter().enumerate().take(MAX_ROBOTS);
+    let present: Vec<Named<'_>> = shown()
+        .map(|(_, entity)| Named { robot: &entity.name, is_jointed: !joints(entity).is_empty() })
+        .collect();
+    names.follow(&present);
+    shown()
         .map(|(index, entity)| {
             let joints = joints(entity);
-            let is_alone = with_joints == 1 && !joints.is_empty();
-            // Different names may become one word in ROS.
-            let mut name = word(&entity.name);
-            let mut number = 2;
-            while taken.contains(&name) {
-                name = format!("{}_{number}", word(&entity.name));
-                number += 1;
-            }
-            taken.push(name.clone());
-            let prefix = if is_alone { String::new() } else { format!("{name}/") };
+            let prefix = names.prefix(&entity.name);
             let frames = entity.model.links.iter().map(|link| format!("{prefix}{}", link.name)).collect();
             let topics = (!joints.is_empty()).then(|| prefix.clone());
             Robot { entity: Arc::clone(entity), index, topics, prefix, frames, joints }

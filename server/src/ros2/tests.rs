@@ -5,7 +5,9 @@ use simd_core::{PhysicsSettings, Simulation, simulation::WorldLimits};
 use simd_ros2::messages::builtin_interfaces::Time;
 use simd_ros2::messages::tf2_msgs::TFMessage;
 
+use super::names::{Named, Names};
 use super::robots::{Robot, robots};
+use crate::config::{PlainNames, Ros2};
 use simd_api::convert::test_world;
 use simd_world::recording::stamp;
 
@@ -16,7 +18,7 @@ fn world(names: &[&str]) -> (PublishedState, Vec<Robot>) {
     }
     let mut state = PublishedState::default();
     simulation.observe(&mut state);
-    let shown = robots(&state.world);
+    let shown = robots(&state.world, &mut Names::new(&Ros2::default()));
     (state, shown)
 }
 
@@ -26,7 +28,7 @@ fn frames(message: &TFMessage) -> Vec<(String, String)> {
 }
 
 #[test]
-fn a_robot_that_is_alone_has_topics_and_frames_without_its_name() {
+fn the_first_robot_has_topics_and_frames_without_its_name() {
     let (state, shown) = world(&["arm"]);
     assert_eq!(shown[0].topics.as_deref(), Some(""));
     let message = shown[0].joint_state(&state, &Time { sec: 3, nanosec: 4 });
@@ -51,13 +53,73 @@ fn a_robot_that_is_alone_has_topics_and_frames_without_its_name() {
 }
 
 #[test]
-fn several_robots_have_their_names_before_topics_and_frames() {
-    let (state, shown) = world(&["left-arm", "left_arm", "2"]);
+fn further_robots_have_their_names_before_topics_and_frames() {
+    let (state, shown) = world(&["first", "left-arm", "left_arm", "2"]);
     let topics: Vec<_> = shown.iter().map(|robot| robot.topics.clone().unwrap()).collect();
-    assert_eq!(topics, ["left_arm/", "left_arm_2/", "_2/"], "words of ROS, no two alike");
+    assert_eq!(topics, ["", "left_arm/", "left_arm_2/", "_2/"], "words of ROS, no two alike");
     let mut fixed = TFMessage::default();
-    shown[1].fixed_frames(&state, &mut fixed);
+    shown[2].fixed_frames(&state, &mut fixed);
     assert_eq!(frames(&fixed)[0], ("world".to_owned(), "left_arm_2/link_0".to_owned()));
+}
+
+fn jointed(robot: &str) -> Named<'_> {
+    Named { robot, is_jointed: true }
+}
+
+#[test]
+fn the_name_of_a_robot_stays_while_random_others_come_and_go() {
+    for seed in 0..200 {
+        let mut rng = fastrand::Rng::with_seed(seed);
+        let rule = match rng.u8(0..3) {
+            0 => PlainNames::First,
+            1 => PlainNames::Robot("c".into()),
+            _ => PlainNames::None,
+        };
+        let mut names = Names::new(&Ros2 { plain_names: rule.clone(), ..Ros2::default() });
+        let mut present: Vec<(&str, bool)> = Vec::new();
+        let mut before: std::collections::BTreeMap<&str, String> = std::collections::BTreeMap::new();
+        for _ in 0..50 {
+            // Two of the names are one word in ROS.
+            let robot = ["a", "b", "c", "d-e", "d_e"][rng.usize(0..5)];
+            match present.iter().position(|(other, _)| *other == robot) {
+                Some(index) => {
+                    present.remove(index);
+                    before.remove(robot);
+                }
+                None => present.push((robot, rng.u8(0..4) > 0)),
+            }
+            let named = |&(robot, is_jointed): &(&'static str, bool)| Named { robot, is_jointed };
+            names.follow(&present.iter().map(named).collect::<Vec<_>>());
+            let now = present.iter().map(|(robot, _)| (*robot, names.prefix(robot))).collect();
+            let kept = |(robot, prefix): (&&str, &String)| names.prefix(robot) == *prefix;
+            assert!(before.iter().all(kept), "{seed}: {before:?} {now:?}");
+            before = now;
+            let mut prefixes: Vec<&String> = before.values().collect();
+            prefixes.sort();
+            prefixes.dedup();
+            assert_eq!(prefixes.len(), before.len(), "{seed}: no two are alike: {before:?}");
+            let plain = before.iter().find(|(_, prefix)| prefix.is_empty()).map(|(robot, _)| *robot);
+            match rule {
+                PlainNames::None => assert_eq!(plain, None),
+                PlainNames::Robot(_) => assert!(plain.is_none_or(|robot| robot == "c")),
+                PlainNames::First => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_comes_back_has_its_plain_names_again_and_no_other_takes_them() {
+    let mut names = Names::new(&Ros2::default());
+    names.follow(&[jointed("first"), jointed("second")]);
+    names.follow(&[jointed("second"), jointed("third")]);
+    assert_eq!((names.prefix("second"), names.prefix("third")), ("second/".into(), "third/".into()));
+    names.follow(&[jointed("second"), jointed("third"), jointed("first")]);
+    assert_eq!((names.prefix("first"), names.prefix("third")), (String::new(), "third/".into()));
+    // In an empty world the next robot is the first one.
+    names.follow(&[]);
+    names.follow(&[jointed("other"), jointed("first")]);
+    assert_eq!((names.prefix("other"), names.prefix("first")), (String::new(), "first/".into()));
 }
 
 #[test]
@@ -123,7 +185,7 @@ mod sensors {
         shown[0].sensor_frames(&state, &mut fixed);
         let pair = |parent: &str, child: &str| (parent.to_owned(), child.to_owned());
         // A link has the name of the second one.
-        let expected = [pair("arm/link_2", "arm/eye"), pair("arm/link_0", "arm/link_1_sensor")];
+        let expected = [pair("link_2", "eye"), pair("link_0", "link_1_sensor")];
         assert_eq!(frames(&fixed), expected);
         let mut others = TFMessage::default();
         shown[1].sensor_frames(&state, &mut others);

@@ -115,6 +115,15 @@ fn ros2() -> Vec<Key> {
             ),
         ),
         Key::new(
+            "ros2.plain_names",
+            "robot whose topics have plain names such as `/joint_states`: `first`, the first one with joints; `none`; or \
+             `robot:NAME`. The topics of all others begin with their name",
+            Access::Text(
+                |draft| draft.config.ros2.plain_names(),
+                |draft, names| draft.config.ros2.set_plain_names(&names),
+            ),
+        ),
+        Key::new(
             "ros2.distro",
             "distribution of the other nodes",
             Access::Word(
