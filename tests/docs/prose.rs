@@ -1,5 +1,6 @@
 //! Plain English: openings and lengths of sentences in documents and comments, and phrases that they avoid.
 
+use std::collections::HashMap;
 use std::fs;
 
 use crate::{documents, read, root, words};
@@ -208,6 +209,25 @@ fn comments(ending: &str, source: &str) -> String {
 fn sentences_of_documents_are_plain() {
     let wrong = |document: String| wrong(&document, blocks(&read(&document)));
     let found: Vec<String> = documents().into_iter().flat_map(wrong).collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn no_sentence_is_said_twice() {
+    let mut places: HashMap<Vec<String>, String> = HashMap::new();
+    let mut found = Vec::new();
+    for document in documents() {
+        for Sentence { line, text, is_cell } in sentences(blocks(&read(&document))) {
+            // The order of words does not matter, and cells are short.
+            let mut words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();
+            words.sort();
+            let place = format!("{document}:{line}");
+            if !is_cell && words.len() >= 8 {
+                let before = places.insert(words, place.clone());
+                found.extend(before.map(|before| format!("{place} and {before}: {text:?}")));
+            }
+        }
+    }
     assert!(found.is_empty(), "{found:#?}");
 }
 
