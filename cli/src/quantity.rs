@@ -82,7 +82,7 @@ impl Scalar {
             }
         }
         let units: Vec<&str> = self.0.iter().map(|(suffix, _)| *suffix).collect();
-        Err(format!("`{text}` is not a number, alone or with one of {}", units.join(", ")))
+        Err(format!("`{text}` is not a number without a unit or with one of {}", units.join(", ")))
     }
 }
 
@@ -113,7 +113,7 @@ pub(crate) fn parse(text: &str, kind: Kind) -> Result<Quantity, String> {
     if units.is_empty() {
         Err(format!("`{text}` is not a number"))
     } else {
-        Err(format!("`{text}` is not a number, alone or with one of {}", units.join(", ")))
+        Err(format!("`{text}` is not a number without a unit or with one of {}", units.join(", ")))
     }
 }
 

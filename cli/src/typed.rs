@@ -189,7 +189,7 @@ mod tests {
             parse::<Arguments>(line.split(' ').map(OsString::from)).unwrap();
         }
         let said = refused("simctl sim physics --time-step 1mm");
-        assert!(said.contains("`1mm` is not a number, alone or with one of"), "{said}");
+        assert!(said.contains("`1mm` is not a number without a unit or with one of"), "{said}");
     }
 
     #[test]

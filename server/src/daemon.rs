@@ -236,7 +236,7 @@ fn viewer(scheme: &str, address: SocketAddr) -> String {
         ip => ip,
     };
     let address = SocketAddr::new(ip, address.port());
-    let lack = if http::Bundle::is_built() { "" } else { " (tables alone: built without Node)" };
+    let lack = if http::Bundle::is_built() { "" } else { " (only tables: built without Node)" };
     format!("viewer: {scheme}://{address}/{lack}")
 }
 

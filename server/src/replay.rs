@@ -101,7 +101,7 @@ fn variation(replay: &Replay) -> Result<Variation, String> {
 /// Returns the comparison of the second run, a line for each joint.
 fn beside(comparison: &Comparison) -> String {
     let Comparison { changes, rows, refused } = comparison;
-    let mut text = format!("with {}, beside it, in rad or m:\n", changes.join(", "));
+    let mut text = format!("with {}, compared with the recording, in rad or m:\n", changes.join(", "));
     let names =
         rows.iter().map(|row| (row.robot.clone(), if row.joint.is_empty() { "(base)" } else { &row.joint }));
     let names: Vec<_> = names.collect();

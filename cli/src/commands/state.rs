@@ -198,6 +198,6 @@ impl View for Imported {
     fn page(&self) -> Page {
         let Self(SavedStateView { name, stamp, robots, .. }) = self;
         let robots = count(*robots as usize, "robot");
-        Page::of_line(format!("imported {name}: {robots} at {stamp}; `simctl state restore` goes there"))
+        Page::of_line(format!("imported {name}: {robots} at {stamp}; `simctl state restore` restores it"))
     }
 }

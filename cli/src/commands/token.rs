@@ -103,9 +103,7 @@ fn add(
         bail!("{name:?} is not a valid name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @");
     }
     if let Some(robot) = robots.iter().find(|robot| !TokenEntry::is_robot(robot)) {
-        bail!(
-            "a token cannot be for a robot called {robot:?}: the file has names without spaces and commas alone"
-        );
+        bail!("a token cannot be for a robot called {robot:?}: names in the file have no spaces or commas");
     }
     let mut random = [0; TOKEN_BYTES];
     getrandom::fill(&mut random)

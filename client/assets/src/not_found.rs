@@ -76,7 +76,7 @@ pub enum Why {
     #[error("is not a xacro or YAML file by its name")]
     NotASource,
     /// Several files, which differ only in capital letters.
-    #[error("fits several files that differ in capital letters alone")]
+    #[error("fits several files that differ only in capital letters")]
     Ambiguous,
 }
 

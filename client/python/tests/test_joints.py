@@ -264,7 +264,7 @@ def test_numbers_have_simctls_units(sim: Simulation, arm: Robot) -> None:
 
 
 def test_a_unit_that_does_not_fit_is_refused(sim: Simulation, arm: Robot) -> None:
-    with pytest.raises(ValueError, match="`90 degrees` is not a number, alone or with one of deg, rad, mm, cm, m"):
+    with pytest.raises(ValueError, match="`90 degrees` is not a number without a unit or with one of deg, rad, mm, cm, m"):
         arm.joints["elbow joint"].set_position("90 degrees")
     with pytest.raises(ValueError, match="`12mm` does not fit joint `elbow joint`, which turns"):
         arm.set_positions({"elbow joint": "12mm"})

@@ -128,11 +128,11 @@ impl Expansion<'_> {
         }
         let Some(default) = default else {
             return Err(format!(
-                "$(env {name}) is not given: files see nothing of your environment; pass the argument {name}=VALUE"
+                "$(env {name}) is not given: files cannot read your environment; pass the argument {name}=VALUE"
             ));
         };
         self.message(format!(
-            "$(optenv {name}) takes its default {}: files see nothing of your environment; the argument {name}=VALUE gives another value",
+            "$(optenv {name}) takes its default {}: files cannot read your environment; the argument {name}=VALUE gives another value",
             shown(default)
         ));
         Ok(Value::text(default))

@@ -201,7 +201,7 @@ impl<'l> Expansion<'l> {
     ) -> Result<MadeElement, Error> {
         let depth = MadeElement::depth_of(&children) + 1;
         if depth > limits::XML_DEPTH {
-            let message = format!("what is expanded is nested deeper than {} levels", limits::XML_DEPTH);
+            let message = format!("the result is nested deeper than {} levels", limits::XML_DEPTH);
             return Err(self.at(element, message));
         }
         let (file, line) = (element.file, element.line);

@@ -271,7 +271,7 @@ fn what_python_cannot_read_is_refused_and_what_we_do_not_have_is_named() {
         ("<x y='${(lambda x: x)(1, 2)}'/>", "a lambda with 1 parameters is called with 2 values"),
         ("<x y='${[i for i in range(10000) for j in [1, 2]]}'/>", "gives more than 10000 values"),
         ("<x y=\"${'abc'[::0]}\"/>", "the step of a slice is zero"),
-        ("<x y='$(env HOME)'/>", "$(env HOME) is not given: files see nothing of your environment"),
+        ("<x y='$(env HOME)'/>", "$(env HOME) is not given: files cannot read your environment"),
         ("<x y='$(eval nothing)'/>", "\"nothing\" is not defined, in $(eval nothing)"),
         ("<x y=\"$(eval ''.__class__)\"/>", "not supported: `__` in $(eval ...)"),
         ("<x y='${2 ** 2 ** 20}'/>", "a whole number is too large"),
@@ -327,8 +327,7 @@ fn what_grows_without_end_is_refused() {
         );
     }
     assert!(
-        why(&(blocks + "<xacro:b120><x/></xacro:b120>"))
-            .contains("what is expanded is nested deeper than 100")
+        why(&(blocks + "<xacro:b120><x/></xacro:b120>")).contains("the result is nested deeper than 100")
     );
 }
 

@@ -59,7 +59,7 @@ impl Written {
 
     fn element(&mut self, element: &MadeElement, namespaces: &Namespaces) -> Result<(), Fault> {
         if self.text.len() > limits::OUTPUT_BYTES {
-            return Err(format!("what is expanded is longer than {} bytes", limits::OUTPUT_BYTES));
+            return Err(format!("the result is longer than {} bytes", limits::OUTPUT_BYTES));
         }
         let origin = (element.file, element.line);
         let mut tag = format!("<{}", element.name);

@@ -65,7 +65,7 @@ impl Connections {
             }
             let max = self.max;
             Err(format!(
-                "connections.{name} is {value}; it must be at most {most} where connections.max is {max}"
+                "connections.{name} is {value}; it must be at most {most} if connections.max is {max}"
             ))
         };
         at_most("max_per_peer", self.max_per_peer, self.max)?;

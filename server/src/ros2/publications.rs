@@ -78,7 +78,7 @@ pub(super) async fn publish(
             }
             let renamed: BTreeSet<(String, String)> = shown.iter().filter_map(Robot::renamed).collect();
             for (robot, name) in renamed.difference(&logged) {
-                tracing::info!(robot, "names in ROS 2 are of ASCII alone: it is {name} there");
+                tracing::info!(robot, "names in ROS 2 are ASCII only: its name there is {name}");
             }
             logged = renamed;
             declare(graph, handle, &inbox, &shown, &mut topics).await?;

@@ -104,7 +104,7 @@ impl Grant {
 pub enum Denied {
     /// The call has no token.
     #[error(
-        "this daemon asks for a token: set SIMD_TOKEN; `simctl token add` makes one where the daemon runs"
+        "this daemon asks for a token: set SIMD_TOKEN; `simctl token add` makes one on the daemon's machine"
     )]
     Missing,
     /// The daemon does not know the token.

@@ -181,12 +181,12 @@ fn silent(error: &Error, place: &str) -> Finding {
         Error::Endpoint { reason, .. } => Finding::problem(
             "endpoint",
             reason.clone(),
-            "correct the endpoint, or what the context says beside it",
+            "correct the endpoint, or the other settings of the context",
         ),
         Error::Unreachable { .. } => Finding::problem(
             "daemon",
             format!("another program has the port of {place}: it does not speak gRPC"),
-            "see whose it is (`ss -ltnp`), end it, or give the daemon another port with --listen",
+            "find the program with `ss -ltnp` and end it, or give the daemon another port with --listen",
         ),
         Error::TimedOut { after, .. } => Finding::problem(
             "daemon",
@@ -259,12 +259,12 @@ fn unauthenticated(refusal: &Refusal, token: Option<Source>) -> Finding {
         None => Finding::problem(
             "token",
             "the daemon asks for one, and none is given",
-            "set SIMD_TOKEN, or `token` of the context; `simctl token add` makes one where the daemon runs",
+            "set SIMD_TOKEN, or `token` of the context; `simctl token add` makes one on the daemon's machine",
         ),
         Some(source) => Finding::problem(
             "token",
             format!("the one from {} is refused: {}", source.name(), refusal.message),
-            "`simctl token list` where the daemon runs shows those there are, `simctl token add` makes another",
+            "on the daemon's machine, `simctl token list` shows the tokens and `simctl token add` makes another",
         ),
     }
 }

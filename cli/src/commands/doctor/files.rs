@@ -153,7 +153,9 @@ pub(super) fn private(check: &'static str, path: &Path, metadata: &Metadata) -> 
             format!("others can read or change {} (its mode is {mode:04o})", path.display()),
             format!("chmod 600 {}", path.display()),
         ),
-        Some(mode) => Finding::ok(check, format!("{} is its owner's alone ({mode:04o})", path.display())),
+        Some(mode) => {
+            Finding::ok(check, format!("only its owner can access {} ({mode:04o})", path.display()))
+        }
         None => Finding::ok(check, format!("{} is there; this system has no modes", path.display())),
     }
 }

@@ -56,7 +56,7 @@ fn load(text: &str, processors: usize) -> Option<Finding> {
         true => Finding::warning(
             CHECK,
             found,
-            "end what else runs here, or give the daemon processors of its own: steps begin late",
+            "end other programs, or reserve processors for the daemon: steps begin late",
         ),
         false => Finding::ok(CHECK, found),
     })

@@ -87,7 +87,7 @@ fn place(index: usize) -> String {
 
 impl Variation {
     fn request(self, robot: &str) -> anyhow::Result<RolloutVariation> {
-        let Some(of) = &self.of else { bail!("it has no `of`, which says what varies: {}", words()) };
+        let Some(of) = &self.of else { bail!("it has no `of`, the quantity that varies: {}", words()) };
         let of = varied(of).map_err(anyhow::Error::msg)?;
         let values = match (self.given, self.uniform, self.normal) {
             (Some(rows), None, None) => Values::Given(packed(&flat(&rows)?)),

@@ -49,7 +49,7 @@ def number(quantity: Quantity, what: str, joint: JointInfo | None = None) -> flo
             return value * factor
     value = _plain(text)
     if value is None:
-        raise ValueError(f"`{quantity}` is not a number, alone or with one of {', '.join(units)}")
+        raise ValueError(f"`{quantity}` is not a number without a unit or with one of {', '.join(units)}")
     return value
 
 

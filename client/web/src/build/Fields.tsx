@@ -147,7 +147,7 @@ export function NameField({ value, placeholder, onChange }: { value: string; pla
         data-testid="build-name"
         placeholder={placeholder}
         pattern="[A-Za-z0-9_\-]*"
-        title="Letters, digits, _ and -; a number is added where it is taken"
+        title="Letters, digits, _ and -; a number is added if it is taken"
         maxLength={100}
         autocomplete="off"
         spellcheck={false}

@@ -145,7 +145,7 @@ export const addGround = oneAtATime(async () => {
   if (await isThere().catch(() => false)) return;
   const primitive = { geometry: { case: "plane", value: {} } } as const;
   const name = await bringIn({ name: "ground", allowRenaming: true, base: Base.FIXED, source: { source: { case: "primitive", value: primitive } } });
-  if (name !== undefined) toast("info", "There is ground at z = 0 now. A reset puts back what has fallen.");
+  if (name !== undefined) toast("info", "There is ground at z = 0 now. A reset restores robots that have fallen.");
 });
 
 /** Puts a robot at a pose, at rest: world_from_root. */

@@ -28,7 +28,7 @@ const PHRASES: Record<MissingReason, string> = {
   climbs_out: "climbs out of the robot's package with `..`",
   absolute_outside: "is an absolute path outside of the robot's package",
   not_a_mesh: "is not a mesh or an image by its name",
-  ambiguous: "fits several files that differ in capital letters alone",
+  ambiguous: "fits several files that differ only in capital letters",
 };
 
 /** There is no file for a URI. */

@@ -18,7 +18,7 @@ export function AddGround(): JSX.Element | null {
       class={canFall ? "toggle needed" : "toggle"}
       data-testid="add-ground"
       aria-label={canFall ? undefined : "add ground"}
-      title="Only robots collide here; the grid is just drawn. Add a plane at z = 0, for everybody who is connected"
+      title="Only robots collide here; the grid is just drawn. Add a plane at z = 0, for all clients"
       onClick={() => void addGround()}
     >
       <Icon name="ground" />

@@ -21,7 +21,7 @@ export function Guide(): JSX.Element {
           {to.asksToken && (
             <>
               It asks for a token: <code>token.txt</code> has it in its first line. Loading needs a token with the role admin
-              {role.value !== "admin" && `, and yours has the role ${role.value}`}; <code>simctl token add NAME --role admin</code> makes one where the daemon runs.
+              {role.value !== "admin" && `, and yours has the role ${role.value}`}; <code>simctl token add NAME --role admin</code> makes one on the daemon’s machine.
             </>
           )}
         </p>
@@ -36,7 +36,7 @@ export function Guide(): JSX.Element {
       <p>The grid is only drawn. Free robots need something to stand on: “add ground” below the picture adds a plane, as this does:</p>
       <Command text={simctl("robot shape plane --name ground", to)} />
       <h3>Move it</h3>
-      <p>Each joint has a row in the panel: the handle of the slider is its target, the bar what the joint does. Drag a link in the picture to pull it. Space plays and pauses.</p>
+      <p>Each joint has a row in the panel: the handle of the slider is its target, the bar its position. Drag a link in the picture to pull it. Space plays and pauses.</p>
       <Command text={simctl("robot list", to)} />
       <h3>From a program</h3>
       <Program to={to} />

@@ -19,7 +19,7 @@ const FIELDS: readonly [string, string][] = [
   ["Arrow keys", "Nudge the target"],
   ["Shift + arrow keys", "Nudge ten times as far"],
   ["90 deg, pi/2, 2*(0.1 + 0.2)", "Type a value with or without a unit, or compute it; Enter sets it"],
-  ["Escape", "Leave the field as it was; close what is open"],
+  ["Escape", "Restore the field; close what is open"],
 ];
 
 /** Rendered only while it is open. */

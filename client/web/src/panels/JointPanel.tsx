@@ -140,7 +140,7 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
           {(close) => (
             <div class="ask">
               <p>
-                Take <b>{name}</b> out of the world, for everybody who is connected?
+                Take <b>{name}</b> out of the world, for all clients?
                 {othersHere().length > 0 && ` Also here: ${othersHere().join(", ")}.`}
               </p>
               <button

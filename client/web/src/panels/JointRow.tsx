@@ -89,7 +89,7 @@ export function JointRow({ axis, label, filter }: { axis: Axis; label: string; f
             class="mode"
             data-testid="mode"
             aria-label={`Mode of ${axis.label}`}
-            title={whyNotJoint(axis) || "Position, velocity, effort, free or hold. A change starts from what the joint does, so nothing jerks"}
+            title={whyNotJoint(axis) || "Position, velocity, effort, free or hold. A change starts at the joint’s present value, so nothing jerks"}
             disabled={whyNotJoint(axis) !== ""}
             onChange={(event) => void control.current?.changeMode(event.currentTarget.value as Mode)}
           >

@@ -29,7 +29,7 @@ export function LogIn(): JSX.Element {
         <Icon name="lock" /> This daemon asks for a token
       </h2>
       <p>
-        <code>simctl token add NAME --role viewer</code> makes one where the daemon runs. This browser keeps it until it is closed.
+        <code>simctl token add NAME --role viewer</code> makes one on the daemon’s machine. This browser keeps it until it is closed.
       </p>
       <input ref={field} type="password" aria-label="Token" placeholder="simd_…" autocomplete="current-password" required data-testid="token" />
       {refusal.value && (

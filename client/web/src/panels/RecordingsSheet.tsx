@@ -46,7 +46,7 @@ function Content(): JSX.Element {
       <NewRecording />
       {problem.value !== "" && <p class="refusal">{problem.value}</p>}
       {list.length === 0 ? (
-        <p class="hint">No recordings yet. A recording keeps everything that happens in the world, and can be played here beside it.</p>
+        <p class="hint">No recordings yet. A recording keeps everything that happens in the world, and can be played here.</p>
       ) : (
         <ul class="recordings" data-testid="recording-list">
           {list.slice(0, shown).map((each) => (

@@ -21,7 +21,7 @@ const SIDES: readonly { viewpoint: Viewpoint; label: string; keys: string }[] = 
 ];
 
 const QUALITIES: readonly { value: Quality; label: string; what: string }[] = [
-  { value: "auto", label: "Auto", what: "Shadows and reflections, where pictures come fast enough" },
+  { value: "auto", label: "Auto", what: "Shadows and reflections, if pictures come fast enough" },
   { value: "low", label: "Low", what: "No shadows, no reflections, fewer pixels" },
   { value: "high", label: "High", what: "Shadows and reflections, however slow" },
 ];
@@ -88,7 +88,7 @@ function Follow(): JSX.Element | null {
   const name = followed.value || shownRobot.value?.name;
   if (name === undefined) return null;
   return (
-    <Item testId="follow" title="The camera goes along with the root of the robot (T)" isOn={followed.value !== ""} act={toggleFollowing}>
+    <Item testId="follow" title="The camera moves with the root of the robot (T)" isOn={followed.value !== ""} act={toggleFollowing}>
       Follow {name}
     </Item>
   );

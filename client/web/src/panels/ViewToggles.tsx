@@ -13,7 +13,7 @@ const TOGGLES = [
   { value: visuals, icon: "visuals", label: "visual", shortcut: "V", what: "Visuals of robots" },
   { value: collisions, icon: "collisions", label: "collision", shortcut: "C", what: "Collision shapes of robots" },
   { value: frames, icon: "frames", label: "frames", shortcut: "J", what: "Frames of links: red x, green y, blue z" },
-  { value: linkNames, icon: "names", label: "names", shortcut: "N", what: "Names of the links of the robot in the panel, and who has claimed them" },
+  { value: linkNames, icon: "names", label: "names", shortcut: "N", what: "Names of the links of the robot in the panel, and the holders of claims" },
   { value: jointAxes, icon: "axes", label: "axes", shortcut: "A", what: "Axes that joints turn about or slide along" },
   { value: centresOfMass, icon: "masses", label: "masses", shortcut: "M", what: "Centres of mass of links, and of each robot in red" },
   { value: inertias, icon: "inertias", label: "inertias", shortcut: "E", what: "For each link the solid ellipsoid with its mass and inertia" },
@@ -21,7 +21,7 @@ const TOGGLES = [
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Contacts of links, and their forces" },
   { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "Constraints between links, and their forces" },
   { value: pointsShown, icon: "points", label: "points", shortcut: "U", what: "Hits of lidars and range finders, and views of cameras, for the robot in the panel" },
-  { value: readingsShown, icon: "info", label: "readings", shortcut: "Q", what: "Newest readings of the robot in the panel, beside its sensors" },
+  { value: readingsShown, icon: "info", label: "readings", shortcut: "Q", what: "Newest readings of the robot in the panel, at its sensors" },
   { value: markersShown, icon: "markers", label: "markers", shortcut: "D", what: "Drawings of programs" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 

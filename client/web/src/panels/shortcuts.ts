@@ -74,7 +74,7 @@ export function toggleFollowing(): void {
 
 /** Resets the world; with other clients connected, after a question. */
 export function askReset(): void {
-  askFirst("Reset the world", "Time goes back to zero, and each robot to where it was brought in, for everybody.", "Reset", () => void reset());
+  askFirst("Reset the world", "Set time to zero, and each robot to its first pose, for all clients.", "Reset", () => void reset());
 }
 
 function escape(): void {
@@ -119,7 +119,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["t"], shown: "T", what: "Follow the robot of the panel", run: toggleFollowing },
   { keys: ["s"], shown: "S", what: "Save a picture", run: toggle(pictureOpen) },
   { keys: ["home", "end"], shown: "Home, End", what: "To the ends of a recording", run: (key) => playback.peek()?.player.seek(key === "home" ? 0 : Infinity) },
-  { keys: ["escape"], shown: "Escape", what: "Close a recording; let go of what is placed", run: escape },
+  { keys: ["escape"], shown: "Escape", what: "Close a recording; stop placing", run: escape },
   { keys: ["r"], shown: "R", what: "Record, stop", run: () => void (role.peek() !== "viewer" && toggleRecording()) },
   { keys: ["f"], shown: "F", what: "Fit everything into the view", run: () => fit() },
   { keys: ["v"], shown: "V", what: "Visuals", run: toggle(visuals) },
@@ -131,7 +131,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["d"], shown: "D", what: "Markers", run: toggle(markersShown) },
   { keys: ["u"], shown: "U", what: "Hits and views of sensors", run: toggle(pointsShown) },
   { keys: ["q"], shown: "Q", what: "Readings of sensors", run: toggle(readingsShown) },
-  { keys: ["n"], shown: "N", what: "Names of links, and who has claimed them", run: toggle(linkNames) },
+  { keys: ["n"], shown: "N", what: "Names of links, and the holders of claims", run: toggle(linkNames) },
   { keys: ["a"], shown: "A", what: "Axes of joints", run: toggle(jointAxes) },
   { keys: ["m"], shown: "M", what: "Centres of mass", run: toggle(centresOfMass) },
   { keys: ["e"], shown: "E", what: "Ellipsoids of inertia", run: toggle(inertias) },

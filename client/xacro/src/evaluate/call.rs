@@ -74,7 +74,7 @@ impl Expansion<'_> {
             ("dict", given) => {
                 let mut map = Vec::new();
                 if let [of] = given {
-                    for (key, value) in functions::pairs(of).ok_or("dict() is not given pairs")? {
+                    for (key, value) in functions::pairs(of).ok_or("dict() needs pairs")? {
                         put(&mut map, key, value);
                     }
                 }
@@ -186,7 +186,7 @@ impl Expansion<'_> {
             }
             ("map", [function, lists @ ..]) if !lists.is_empty() => {
                 let lists: Option<Vec<_>> = lists.iter().map(functions::items).collect();
-                let lists = lists.ok_or("map() is given what has no entries")?;
+                let lists = lists.ok_or("map() needs lists, texts or dictionaries")?;
                 let length = lists.iter().map(|list| list.len()).min().unwrap_or(0);
                 let mut made = Vec::new();
                 for index in 0..length {

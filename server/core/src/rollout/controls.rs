@@ -77,7 +77,7 @@ impl ControlPlan {
         }
         let timing = Timing { copies, knots, every: knot_steps, interpolation };
         if values.is_empty() && feedback.is_none() {
-            return Err(refuse(field("values"), "empty", "it must have numbers where there is no feedback"));
+            return Err(refuse(field("values"), "empty", "it must have numbers if there is no feedback"));
         }
         let values = match values.is_empty() {
             true => None,

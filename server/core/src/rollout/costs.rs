@@ -132,7 +132,7 @@ impl CostPlan {
                     Ok::<_, Error>((robot, link))
                 };
                 if other_robot.is_empty() && !other_link.is_empty() {
-                    let expected = "it must be empty where no other robot is named";
+                    let expected = "it must be empty if no other robot is named";
                     return Err(refuse(field("other_link"), format!("{other_link:?}"), expected));
                 }
                 let other = || side(["other_robot", "other_link"], &other_robot, &other_link);

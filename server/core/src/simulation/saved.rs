@@ -266,7 +266,7 @@ fn checked(
         ("poses of colliders", rest_poses.len(), if *asleep { colliders } else { 0 }),
     ] {
         if there != needed {
-            return Err(format!("{there} {what}, where its model has {needed}"));
+            return Err(format!("{there} {what}; its model has {needed}"));
         }
     }
     if *asleep && !entity.may_sleep() {
@@ -279,7 +279,7 @@ fn checked(
 
 fn check_filter(links: usize, groups: &[Groups], pairs: &[LinkPair]) -> Result<(), String> {
     if groups.len() != links {
-        return Err(format!("collision groups of {} links, where its model has {links}", groups.len()));
+        return Err(format!("collision groups of {} links; its model has {links}", groups.len()));
     }
     let sound = pairs.iter().all(|pair| pair.links[0] < pair.links[1] && pair.links[1] < links);
     if sound && pairs.is_sorted_by(|a, b| a.links < b.links) {
@@ -290,7 +290,7 @@ fn check_filter(links: usize, groups: &[Groups], pairs: &[LinkPair]) -> Result<(
 
 fn check_damping(links: usize, damping: &[LinkDamping]) -> Result<(), String> {
     if !damping.is_empty() && damping.len() != links {
-        return Err(format!("damping of {} links, where its model has {links}", damping.len()));
+        return Err(format!("damping of {} links; its model has {links}", damping.len()));
     }
     let is_sound = |value: f64| (0.0..=LinkDamping::MAX).contains(&value);
     let all = damping.iter().all(|damping| is_sound(damping.linear) && is_sound(damping.angular));
@@ -304,7 +304,7 @@ fn check_last_good(tree: &Tree, (positions, velocities): &(Vec<f64>, Vec<f64>)) 
     let none = positions.is_empty() && velocities.is_empty();
     if !none && (positions.len(), velocities.len()) != (tree.position_count, tree.velocity_count) {
         return Err(format!(
-            "{} positions and {} velocities before the last step, where its model has {} and {}",
+            "{} positions and {} velocities before the last step; its model has {} and {}",
             positions.len(),
             velocities.len(),
             tree.position_count,

@@ -167,7 +167,7 @@ pub enum InvalidState {
     Robot {
         /// Name of the robot.
         robot: String,
-        /// Fault, as "3 positions, where its model has 4".
+        /// Fault, as "3 positions; its model has 4".
         what: String,
     },
     /// Fault of the world as a whole.

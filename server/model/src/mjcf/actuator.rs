@@ -175,7 +175,7 @@ pub(super) fn read<'a>(
             Some(known) => {
                 let (kept, is_added) = together(known, &driven);
                 if is_added {
-                    reader.notes.info(element, Used, format!("{message}, beside its other actuator"));
+                    reader.notes.info(element, Used, format!("{message}, in addition to its other actuator"));
                 } else {
                     let joint = quoted(&length.joint);
                     let message = format!("the joint {joint} has an actuator already, which is used");

@@ -173,8 +173,7 @@ impl Library {
             None => match builtin_texture::png(&texture, kind == "2d", made, notes)? {
                 Some(png) => made.add_picture(element, element.word("name").unwrap_or("texture"), png)?,
                 None => {
-                    let message =
-                        "simd reads textures from whole pictures alone: its material has its colour";
+                    let message = "simd reads textures only from whole pictures: its material has its colour";
                     notes.info(element, Ignored, message);
                     return Ok(());
                 }
@@ -249,7 +248,7 @@ impl Library {
         let (Some(name), Some(file)) =
             (element.word("name").or_else(|| element.word("file")), element.word("file"))
         else {
-            let message = "simd reads height fields from pictures alone: geoms of this one are left out";
+            let message = "simd reads height fields only from pictures: geoms of this one are left out";
             notes.warn(element, Ignored, message);
             return Ok(());
         };

@@ -51,7 +51,7 @@ pub(super) fn read(
             }
         }
         if at != values.len() {
-            let message = format!("qpos has {} numbers where the joints have {at}: left out", values.len());
+            let message = format!("qpos has {} numbers, but the joints have {at}: left out", values.len());
             notes.warn(element, Ignored, message);
             continue;
         }

@@ -68,7 +68,7 @@ pub(super) fn read(element: Element, notes: &mut Notes) -> Result<DraftLink, Sto
                 notes.warn(child, Ignored, "gravity acts on every link in simd");
             }
             "kinematic" if element.says("kinematic") == Some(true) => {
-                notes.warn(child, Ignored, "links are moved by forces alone in simd");
+                notes.warn(child, Ignored, "only forces move links in simd");
             }
             "velocity_decay" => notes.info(child, Ignored, "not read by simd: damping is of joints"),
             _ => {}

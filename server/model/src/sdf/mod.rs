@@ -218,7 +218,7 @@ impl<'a> Reader<'a> {
         if self.left > 0 {
             return Ok(());
         }
-        Err(Stop::at(at, format!("with what it includes it has more than {BUDGET} elements")))
+        Err(Stop::at(at, format!("with its included files it has more than {BUDGET} elements")))
     }
 }
 

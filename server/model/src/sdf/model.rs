@@ -400,7 +400,7 @@ impl<'a> Reader<'a> {
                 true => {
                     "nothing is fetched from the network; save the model beside the file and name its folder"
                 }
-                false => "`--package NAME=FOLDER` of simctl says where the folder of a model or package is",
+                false => "`--package NAME=FOLDER` of simctl names the folder of a model or package",
             };
             let message = format!("{} is not found, and left out: {place}", quoted(&joined));
             self.notes.warn(include, Ignored, message.clone());

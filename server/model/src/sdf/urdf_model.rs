@@ -89,7 +89,7 @@ impl<'a> Reader<'a> {
             ("switched collisions of links", pairs.len()),
         ];
         for (what, count) in left_out.into_iter().filter(|(_, count)| *count > 0) {
-            let message = format!("{what} of an included URDF are left out ({count}): load it by itself");
+            let message = format!("{what} of an included URDF are left out ({count}): load it separately");
             self.notes.warn(include, Ignored, message);
         }
         let mut poses: Vec<DPose3> = vec![DPose3::IDENTITY];

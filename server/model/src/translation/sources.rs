@@ -52,7 +52,7 @@ impl Texts {
         let (size, cap) = (self.bytes, limits.urdf_bytes);
         if size > cap {
             let message =
-                format!("the {} and what it includes have {size} bytes; the limit is {cap}", self.word);
+                format!("the {} and its included files have {size} bytes; the limit is {cap}", self.word);
             return Err(Stop::of_file(None, None, message));
         }
         let mut findings = Findings::new(1);

@@ -230,7 +230,7 @@ impl<'t> Mender<'t> {
             let spaces: String =
                 self.text.get(range.clone()).unwrap_or_default().bytes().map(blank).collect();
             self.edits.push((range, spaces.into()));
-            self.note(format!("the attribute {} is given twice; the last one holds", quoted(name)));
+            self.note(format!("the attribute {} is given twice; the last one counts", quoted(name)));
         }
         // In order. Repairs within a removed attribute are removed too.
         let mut own = self.edits.split_off(first);

@@ -115,7 +115,8 @@ impl<'s> Meshes<'s> {
                                 continue;
                             }
                             self.are_materials_reported = true;
-                            message += "; it has the colour of the description, as others whose materials are missing";
+                            message +=
+                                "; it has the colour of the description, like others without their materials";
                         }
                         findings.warn_of_file(node, uri, Ignored, false, message);
                     }

@@ -172,7 +172,7 @@ impl File<'_, '_, '_> {
                 let count = many.len();
                 let names = named.join(", ");
                 let message = format!(
-                    "{count} root links, where a robot has one (the link that is no joint's child): {names}{more}"
+                    "{count} root links; a robot has one (the link that is not the child of a joint): {names}{more}"
                 );
                 Err(self.findings.refuse(self.repaired.root, message))
             }

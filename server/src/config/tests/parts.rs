@@ -46,11 +46,11 @@ fn limits_of_connections_are_set_one_by_one_and_checked() {
         ("max_per_peer = 0", "connections.max_per_peer is 0; it must be between 1 and 65536"),
         (
             "max_per_peer = 513",
-            "connections.max_per_peer is 513; it must be at most 512 where connections.max is 512",
+            "connections.max_per_peer is 513; it must be at most 512 if connections.max is 512",
         ),
         (
             "loopback_reserve = 512",
-            "connections.loopback_reserve is 512; it must be at most 511 where connections.max is 512",
+            "connections.loopback_reserve is 512; it must be at most 511 if connections.max is 512",
         ),
         ("max_http1 = 0", "connections.max_http1 is 0; it must be between 1 and 65536"),
         ("idle_seconds = 0", "connections.idle_seconds is 0; it must be between 0.1 and 604800"),

@@ -45,7 +45,7 @@ _PHRASES = {
     Why.ABSOLUTE_OUTSIDE: "is an absolute path outside of the robot's package",
     Why.LINK_LEADS_OUT: "leads out of the robot's package through a symbolic link",
     Why.NOT_A_MESH: "is not a mesh or an image by its name",
-    Why.AMBIGUOUS: "fits several files that differ in capital letters alone",
+    Why.AMBIGUOUS: "fits several files that differ only in capital letters",
 }
 
 

@@ -204,7 +204,7 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         (0.0, false) => WrenchDuration::NextStep,
         (0.0, true) => WrenchDuration::UntilCleared,
         (seconds, false) => WrenchDuration::For(seconds),
-        (seconds, true) => return Err(at.refuse(seconds, "it must be 0 where the wrench is persistent")),
+        (seconds, true) => return Err(at.refuse(seconds, "it must be 0 if the wrench is persistent")),
     };
     Ok(Command::ApplyWrench(LinkWrench {
         robot: robot(request.robot)?,

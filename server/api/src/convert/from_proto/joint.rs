@@ -179,7 +179,7 @@ pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowT
     let begin = match (queued, delay) {
         (true, 0.0) => Begin::Queued,
         (true, _) => {
-            return Err(Path::ROOT.field("delay").refuse(delay, "it must be 0 where queued is given"));
+            return Err(Path::ROOT.field("delay").refuse(delay, "it must be 0 if queued is given"));
         }
         (false, 0.0) => Begin::Now,
         (false, delay) => Begin::After(delay),
@@ -306,7 +306,7 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
 /// Returns the claimed joints, the holder and the lease. The claim has no id yet.
 pub fn claim_joints(request: v1::ClaimJointsRequest) -> Result<(ClaimRequest, Duration), BadField> {
     if request.selections.is_empty() && !request.world {
-        let expected = "it must name at least one robot where the world is not claimed";
+        let expected = "it must name at least one robot if the world is not claimed";
         return Err(Path::ROOT.field("selections").refuse("empty", expected));
     }
     let joints = state::selections(request.selections)?;

@@ -60,7 +60,7 @@ fn side(at: &Path<'_>, body: v1::QueryBody) -> Result<Side, BadField> {
         return Ok(Side::Body(v1::QueryBody { robot, link, configuration, shape: None, pose: None }));
     }
     if !robot.is_empty() || !link.is_empty() || configuration.is_some() {
-        return Err(at.field("shape").refuse("given beside a robot", "one of the two"));
+        return Err(at.field("shape").refuse("given in addition to a robot", "one of the two"));
     }
     let (geometry, pose) = shape(at, given, pose)?;
     Ok(Side::Shape(geometry, pose))

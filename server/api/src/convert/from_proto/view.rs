@@ -166,7 +166,7 @@ pub fn set_camera(given: &v1::SetCameraRequest) -> Result<(DVec3, DVec3, f64), B
     let target_at = Path::ROOT.field("target");
     let target = given_vector("target", given.target)?;
     if position == target {
-        return Err(target_at.refuse("where the camera is", "it must be another point"));
+        return Err(target_at.refuse("the place of the camera", "it must be another point"));
     }
     let field = match given.field_of_view {
         0.0 => 0.0,

@@ -184,7 +184,7 @@ impl BodyState {
         .chain(impulses.lengths(tree))
         {
             if there != needed {
-                return Err(format!("{there} {what}, where its model has {needed}"));
+                return Err(format!("{there} {what}; its model has {needed}"));
             }
         }
         for (what, values) in [

@@ -14,7 +14,7 @@ pub(in crate::simulation) fn complete(robots: &[Entity], contacts: &mut [Contact
         let pair = key(contact);
         let sides = sides(robots, pair)?;
         if sides.iter().all(|side| side.body.is_none()) {
-            return Err("a contact is between what cannot move".into());
+            return Err("a contact is between two immovable bodies".into());
         }
         let Contact {
             robots: _,

@@ -210,7 +210,7 @@ impl Entity {
                 ));
             }
             if !self.can_bear(kind, *on) || *link != link_of(*on) {
-                return Err(format!("the sensor {name:?} on what cannot bear it"));
+                return Err(format!("the sensor {name:?} on a link or joint that cannot have it"));
             }
             let of_sensor = |what: String| format!("the sensor {name:?} with {what}");
             crate::valid::pose("a pose", pose).map_err(of_sensor)?;

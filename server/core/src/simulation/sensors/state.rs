@@ -191,10 +191,10 @@ impl SensorState {
         let Self { definition: _, begun, periods: _, samples: _, last, walk, start, shaft, id: _ } = self;
         sizes("times", [*begun, *last])?;
         if *begun > now || *last > now {
-            return Err(format!("times beyond {now} s, where its world is"));
+            return Err(format!("times beyond {now} s, the time of its world"));
         }
         finite("walks", *walk)?;
         finite("a place of its shaft", [shaft.position])?;
-        pose("a place where it began", start)
+        pose("a start pose", start)
     }
 }

@@ -122,7 +122,7 @@ fn keyframes_are_named_states_and_equal_joints_follow_one_another() {
     assert_eq!(state.positions, [(a, 0.5)], "a joint that follows has no position of its own");
     let said = warnings(&report);
     assert!(
-        said.iter().any(|(_, message)| message.contains("qpos has 1 numbers where the joints have 2")),
+        said.iter().any(|(_, message)| message.contains("qpos has 1 numbers, but the joints have 2")),
         "{said:?}"
     );
     let [weld] = &model.setup.constraints[..] else { panic!("{:?}", model.setup.constraints) };

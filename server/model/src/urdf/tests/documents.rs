@@ -158,7 +158,7 @@ fn what_is_no_tree_is_refused_by_the_names_that_break_it() {
     let two_roots = tree(&[("a", "b"), ("c", "d")]);
     assert!(
         refusal(&two_roots)
-            .ends_with("2 root links, where a robot has one (the link that is no joint's child): \"a\" (line 1), \"c\" (line 1)")
+            .ends_with("2 root links; a robot has one (the link that is not the child of a joint): \"a\" (line 1), \"c\" (line 1)")
     );
     let all_loop = tree(&[("a", "b"), ("b", "c"), ("c", "d"), ("d", "a")]);
     assert!(refusal(&all_loop).contains("joints form a loop"));
