@@ -192,7 +192,7 @@ pub fn token(random: &[u8; TOKEN_BYTES]) -> String {
     format!("{PREFIX}{}", hex::text(random))
 }
 
-/// Returns the hash of a token, as in the file. `None` if the text is no token.
+/// Returns the hash of a token, as in the file. `None` if the text is not a token.
 pub fn token_hash(token: &str) -> Option<[u8; 32]> {
     hex::bytes::<TOKEN_BYTES>(token.strip_prefix(PREFIX)?)?;
     Some(Sha256::digest(token.as_bytes()).into())

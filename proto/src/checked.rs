@@ -93,7 +93,7 @@ pub fn requests() -> &'static [Request] {
 /// Reason why a message is not decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
-    /// The bytes are no message.
+    /// The bytes are not a message.
     #[error("the bytes are not a message")]
     Malformed,
     /// Decoding it would take more memory than it may.
@@ -150,7 +150,7 @@ impl Scales {
         Ok(())
     }
 
-    /// Refuses bytes that are no message. The decoder cannot do this: it reads the length of a field before
+    /// Refuses bytes that are not a message. The decoder cannot do this: it reads the length of a field before
     /// it finds that the field is cut off.
     fn message(&mut self, shape: &Shape, mut rest: &[u8], depth: usize) -> Result<(), Stop> {
         let depth = depth.checked_sub(1).ok_or(Stop::Malformed)?;

@@ -130,7 +130,7 @@ pub fn every_client(daemon: &str) -> String {
     client(daemon, "*")
 }
 
-/// Returns the session id of a client of this daemon. `None` if the key is no token of a client.
+/// Returns the session id of a client of this daemon. `None` if the key is not a token of a client.
 pub fn parse_client<'a>(daemon: &str, key: &'a str) -> Option<&'a str> {
     let zid = key.strip_prefix("@simd/clients/")?.strip_prefix(daemon)?.strip_prefix('/')?;
     is_session_id(zid).then_some(zid)

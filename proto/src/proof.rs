@@ -41,7 +41,7 @@ pub struct Proof {
 }
 
 impl Proof {
-    /// Makes a proof with the secret. `None` if the text is no secret of a daemon.
+    /// Makes a proof with the secret. `None` if the text is not a secret of a daemon.
     pub fn new(secret: &str, counter: u64, key: &str, payload: &[u8]) -> Option<Self> {
         let claim = id_of(secret)?.parse().ok()?;
         let code = hashed(secret, counter, key, payload)?.finalize().into_bytes().into();
@@ -90,14 +90,14 @@ pub fn seal(name: &str, message: &[u8]) -> Option<(Vec<u8>, String)> {
 }
 
 fn seal_in<R: Claiming>(message: &[u8]) -> Option<(Vec<u8>, String)> {
-    // Bytes that are no message have no claim; the daemon refuses them.
+    // Bytes that are not a message have no claim; the daemon refuses them.
     let mut request = R::decode(message).ok()?;
     let id = id_of(request.claim_mut())?.to_owned();
     let secret = std::mem::replace(request.claim_mut(), id);
     Some((request.encode_to_vec(), secret))
 }
 
-/// Returns the id in a claim's secret, which is no secret; `None` if the text has none.
+/// Returns the id in a claim's secret, which is not a secret; `None` if the text has none.
 pub fn id_of(secret: &str) -> Option<&str> {
     let (id, _rest) = secret.split_once('.')?;
     number(id).map(|_| id)

@@ -262,7 +262,7 @@ impl Config {
         let words = log.split(',').map(str::trim);
         let mut names = words.filter(|word| !word.contains(['=', '[']) && !is_level(word));
         if let Some(name) = names.next() {
-            return Err(refused(&format!("{name:?} is no level")));
+            return Err(refused(&format!("{name:?} is not a level")));
         }
         self.log = log;
         Ok(())

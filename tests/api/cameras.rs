@@ -194,7 +194,7 @@ async fn what_a_renderer_does_not_draw_goes_to_another(via: Via) {
     };
     let (picture, (lost, task)) = tokio::join!(client.picture("arm", "eye"), other);
     assert_eq!((picture.unwrap().renderer.as_str(), task.id), ("alive", lost.id));
-    // A late picture is no error and changes nothing.
+    // A late picture is not an error and changes nothing.
     assert!(!client.put_picture(drawn(&lost, "dead")).await.unwrap());
     let renderers = client.list_cameras().await.unwrap().renderers;
     let failed: Vec<_> = renderers.iter().map(|of| (of.name.as_str(), of.drawn, of.failed)).collect();

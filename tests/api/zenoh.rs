@@ -321,7 +321,7 @@ async fn what_a_session_held_that_vanished_and_had_no_name_is_free() {
     let stop = Arc::new(Notify::new());
     let proxy = network::stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
     let asker = network::session("client", &proxy).await;
-    // The name of a session that does not exist is no name.
+    // The name of a session that does not exist is not a name.
     ask_for_streams(&asker, 1, None).await;
     ask_for_streams(&asker, 1, Some(keys::attachment([(SESSION_HEADER, "abc")]))).await;
     stop.notify_one();

@@ -55,7 +55,7 @@ async fn a_program_steps_a_paused_demo_and_reads_exact_states() {
     let client = daemon.client().await;
     let mut control = client.control(ControlOptions::default()).await.unwrap();
     control.send("bench_arm", [joint_target("shoulder", Target::position(0.5))]).unwrap();
-    // A paused world publishes a command as a separate state: it is no step.
+    // A paused world publishes a command as a separate state: it is not a step.
     let states = control.next().await.unwrap().accepted().unwrap();
     assert_eq!(states.stamp.unwrap().step, 0);
     control.send_all(Vec::new()).unwrap();

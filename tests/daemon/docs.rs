@@ -61,7 +61,7 @@ async fn each_json_document_of_the_document_has_the_fields_that_simctl_writes() 
     let tried = folder.path().join("tried.csv").display().to_string();
     std::fs::write(&tried, "copy,shoulder\n0,0.1\n1,0.2\n").unwrap();
     for (command, documented) in documents {
-        assert!(command.starts_with("simctl "), "{command:?} is no command");
+        assert!(command.starts_with("simctl "), "{command:?} is not a command");
         // Nothing is written into the repository.
         let file = folder.path().join("here.simdstate").display().to_string();
         let command = command

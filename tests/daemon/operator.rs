@@ -70,7 +70,7 @@ async fn top_shows_several_worlds_and_a_lost_one_as_tables_and_as_json() {
     assert_eq!(worlds[0]["robots"][0]["name"], "bench_arm");
     assert_eq!(worlds[0]["clients"][0]["name"], "simctl");
     assert!(worlds[2]["error"].as_str().unwrap().contains("no daemon answers at 127.0.0.1:1"), "{worlds}");
-    // A pipe is no terminal.
+    // A pipe is not a terminal.
     let table = playing.simctl(["top", "-i", "0.1"]).await;
     assert_eq!(table.code, 0, "{}", table.err);
     for word in ["RTF", "demo", "playing", "bench_arm", "CLIENT", playing.address()] {

@@ -65,7 +65,7 @@ async fn a_watch_of_a_playing_world_writes_a_json_document_a_line() {
     assert_eq!(sequences.len(), 5);
     assert!(sequences.is_sorted_by(|before, after| before < after), "{sequences:?}");
     let said = daemon.shell("simctl joint watch bench_arm | head -n 2", Home::new().path()).await;
-    assert_eq!((said.code, said.err.as_str()), (0, ""), "a closed pipe is no failure");
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "a closed pipe is not a failure");
     assert_eq!(said.out.lines().count(), 2);
 }
 

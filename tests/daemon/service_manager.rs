@@ -34,7 +34,7 @@ impl Manager {
         String::from_utf8(message).unwrap()
     }
 
-    /// Returns the next that is no sign of life.
+    /// Returns the next that is not a sign of life.
     async fn next_change(&self) -> String {
         loop {
             let message = self.next().await;

@@ -98,7 +98,7 @@ def residual(model, data):
     if data.nefc == 0:
         return None
     if (data.efc_type[:data.nefc] != int(mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL)).any():
-        raise RuntimeError("a row that is no edge of a pyramid")
+        raise RuntimeError("a row that is not an edge of a pyramid")
     if data.efm_active:
         raise RuntimeError("the mass matrix is not that of the solver")
     force = data.efc_force.copy()

@@ -58,7 +58,7 @@ pub struct Options {
     pub readers: usize,
     /// Number of these that have stopped reading.
     pub stopped: usize,
-    /// `SCHED_FIFO` of the physics thread; 0 is none.
+    /// `SCHED_FIFO` of the physics thread; 0 means none.
     pub priority: u32,
     /// The daemon locks its memory. Then it gives none of it back, and its memory is its peak.
     pub locks_memory: bool,

@@ -49,10 +49,10 @@ pub(crate) struct Change {
     /// Pose on the child
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     child_pose: Option<Pose>,
-    /// Maximum force, N; `inf` is no limit
+    /// Maximum force, N; `inf` means no limit
     #[arg(long, value_name = "NEWTON")]
     max_force: Option<f64>,
-    /// Maximum torque, N m; `inf` is no limit
+    /// Maximum torque, N m; `inf` means no limit
     #[arg(long, value_name = "NEWTON_METRE")]
     max_torque: Option<f64>,
     /// Whether it breaks when it would need more

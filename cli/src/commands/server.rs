@@ -38,7 +38,7 @@ pub(crate) async fn run(command: Server, client: &Client, output: Output) -> any
         Server::Ping { count, interval } => {
             tokio::select! {
                 done = ping(client, output, count, Duration::from_millis(interval)) => done,
-                // Interrupting a ping is no failure.
+                // Interrupting a ping is not a failure.
                 _ = tokio::signal::ctrl_c() => Ok(()),
             }
         }

@@ -63,7 +63,7 @@ pub(crate) struct TokenFile {
     file: Option<PathBuf>,
 }
 
-/// Seconds for which a token is valid; `None` is for ever.
+/// Seconds for which a token is valid; `None` means forever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Lifetime(Option<i64>);
 

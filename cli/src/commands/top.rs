@@ -49,7 +49,7 @@ pub(crate) struct Top {
     /// Seconds between two polls: 0.1 to 60
     #[arg(short, long, default_value = "1", value_name = "SECONDS", value_parser = interval)]
     interval: Duration,
-    /// Show tables once, and exit; this is also done if stdout is no terminal, and for JSON
+    /// Show tables once, and exit; this is also done if stdout is not a terminal, and for JSON
     #[arg(long)]
     once: bool,
 }

@@ -45,7 +45,7 @@ pub(crate) fn home(ancestors: &[PathBuf]) -> Option<PathBuf> {
         let is_urdf = |folder: &&PathBuf| {
             folder.file_name().is_some_and(|name| name == "urdf" || name == "robots" || name == "robot")
         };
-        // At most as deep as `NAME/urdf/arm/arm.urdf`: farther up, a folder of that name is no evidence.
+        // At most as deep as `NAME/urdf/arm/arm.urdf`: farther up, a folder of that name is not evidence.
         ancestors.iter().take(2).find(is_urdf)?.parent()
     };
     manifest

@@ -66,7 +66,7 @@ pub(crate) struct Item {
     pub(crate) world_from_mesh: DAffine3,
     /// Colour of parts that have no colour.
     pub(crate) color: [f32; 4],
-    /// Number in the segmentation; 0 is no surface.
+    /// Number in the segmentation; 0 means no surface.
     pub(crate) id: u32,
 }
 

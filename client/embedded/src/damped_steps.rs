@@ -104,7 +104,7 @@ impl Chain {
                     *q = q.max(*lower).min(*upper);
                 }
             }
-            // A distance that is no number ends it too.
+            // A distance that is not a number ends it too.
             if left.is_nan() || left <= threshold {
                 break;
             }

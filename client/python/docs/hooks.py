@@ -38,7 +38,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """A link to a file of the repository that is no page becomes its text. The file must exist."""
+    """A link to a file of the repository that is not a page becomes its text. The file must exist."""
     folder = posixpath.dirname(posixpath.join("docs", page.file.src_uri))
 
     def shown(link: re.Match[str]) -> str:

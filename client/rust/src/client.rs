@@ -107,7 +107,7 @@ impl Client {
     /// Zenoh needs a tokio runtime of the multi-thread flavor.
     ///
     /// # Errors
-    /// * [`Error::Endpoint`] if the text is no endpoint.
+    /// * [`Error::Endpoint`] if the text is not an endpoint.
     /// * [`Error::SeveralDaemons`] if it does not select one of several daemons.
     /// * [`Error::Unreachable`] if no daemon answers.
     /// * [`Error::Certificate`] if a file of this side is wrong.

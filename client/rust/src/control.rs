@@ -119,7 +119,7 @@ impl Control {
     /// future loses nothing: the next call continues.
     ///
     /// # Errors
-    /// Returns an error if the stream ended or the connection broke. Refused targets are no error: see
+    /// Returns an error if the stream ended or the connection broke. Refused targets are not an error: see
     /// [`ControlReply::refusal`].
     pub async fn next(&mut self) -> Result<ControlReply, Error> {
         if !self.is_waiting {

@@ -59,7 +59,7 @@ pub enum Error {
         /// Endpoint as it was given.
         endpoint: String,
     },
-    /// The text is no address of a daemon.
+    /// The text is not an address of a daemon.
     #[error("`{endpoint}` is not an endpoint: {reason}")]
     Endpoint {
         /// Endpoint as it was given.

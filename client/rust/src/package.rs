@@ -82,7 +82,7 @@ impl Package {
     }
 
     /// Returns the xacro file and line from which a line of the URDF comes, for load reports. `None` if the
-    /// URDF was no xacro.
+    /// URDF was not a xacro.
     pub fn xacro_source(&self, line: u32) -> Option<(&Path, u32)> {
         self.expanded.as_ref()?.source(line)
     }

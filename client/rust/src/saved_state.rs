@@ -38,7 +38,7 @@ impl Client {
     ///
     /// # Errors
     /// * [`Error::File`].
-    /// * `INVALID_SAVED_STATE` if the file is no saved state, is damaged or has a newer format, or if this
+    /// * `INVALID_SAVED_STATE` if the file is not a saved state, is damaged or has a newer format, or if this
     ///   daemon reads its robots differently.
     /// * `LIMIT_EXCEEDED`, `OWNED_BY_ANOTHER`.
     pub async fn import_saved_state(

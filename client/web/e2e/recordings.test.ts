@@ -204,7 +204,7 @@ test("the list says what is in a recording, saves and deletes it", async () => {
   expect((await daemon.recordings.listRecordings({})).recordings).toEqual([]);
 });
 
-test("a file is played from this machine; what is no recording is refused with a sentence", async () => {
+test("a file is played from this machine; what is not a recording is refused with a sentence", async () => {
   const tab = await Tab.open(await use.context(), daemon.url);
   const seen = await record(tab, 10);
   const [recording] = (await daemon.recordings.listRecordings({})).recordings;

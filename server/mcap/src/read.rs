@@ -145,7 +145,7 @@ impl<R: Read> Reader<R> {
     /// Begins with a file's first byte.
     ///
     /// # Errors
-    /// Returns an error if it is no MCAP file.
+    /// Returns an error if it is not an MCAP file.
     pub fn new(input: R, limits: ReadLimits) -> Result<Self, Error> {
         let mut reader = Self {
             input,

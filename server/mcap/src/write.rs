@@ -99,7 +99,7 @@ impl<W: Write> Writer<W> {
         Ok(id)
     }
 
-    /// Adds a channel; returns its number. `schema` 0 is none.
+    /// Adds a channel; returns its number. `schema` 0 means none.
     ///
     /// # Errors
     /// Returns an error above the maximum of 65,535.

@@ -126,7 +126,7 @@ const MARKED: [(&str, &str); 28] = [
     ("zh", "ӂӝ"),
 ];
 
-/// Returns what stands for a letter; `None` for a letter of another script, and for what is no letter.
+/// Returns what stands for a letter; `None` for a letter of another script, and for what is not a letter.
 pub(super) fn latin(letter: char) -> Option<String> {
     let mut lower = letter.to_lowercase();
     let (Some(small), None) = (lower.next(), lower.next()) else { return None };

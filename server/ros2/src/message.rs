@@ -40,7 +40,7 @@ pub trait Message: Field + Default {
     ///
     /// # Errors
     ///
-    /// Returns an error if it is no message of this type.
+    /// Returns an error if it is not a message of this type.
     fn from_cdr(payload: &[u8]) -> Result<Self, Malformed> {
         let read = || {
             let mut reader = Reader::new(payload)?;

@@ -306,7 +306,7 @@ fn realtime() -> Vec<Key> {
     vec![
         Key::new(
             "realtime.priority",
-            "real-time priority of the physics thread (`SCHED_FIFO`); 0 is none. The thread that sends its \
+            "real-time priority of the physics thread (`SCHED_FIFO`); 0 means none. The thread that sends its \
              answers has one less. Needs `CAP_SYS_NICE` or `LimitRTPRIO`; a unit of systemd gets it from \
              `realtime.conf`",
             Access::Count(0..=99, |draft| &mut draft.config.driver.real_time.priority),

@@ -125,7 +125,7 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     // A pipe that was put there may have no reader.
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-        return Err(io::Error::other("it is no file, but a pipe, a device or a folder"));
+        return Err(io::Error::other("it is not a file, but a pipe, a device or a folder"));
     }
     let mut file = Replacement::begin_alone(path)?;
     file.write_all(bytes)?;

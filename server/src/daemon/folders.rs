@@ -42,7 +42,7 @@ fn takes(file: &Path) -> Result<(), Error> {
         Err(error) if error.kind() == ErrorKind::NotFound => takes_files(folder),
         Err(error) => Err(error),
         Ok(metadata) if !metadata.is_file() => {
-            let source = io::Error::other("it is no file, but a pipe, a device or a folder");
+            let source = io::Error::other("it is not a file, but a pipe, a device or a folder");
             return Err(refused("autosave.file", file, source));
         }
         Ok(_) => OpenOptions::new().write(true).open(file).map(drop),
@@ -102,7 +102,7 @@ mod tests {
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         for path in [pipe, home.path().to_owned()] {
             let sentence = judge(&with_autosave(path.clone(), false)).unwrap_err().to_string();
-            let said = format!("autosave.file: {}: it is no file", path.display());
+            let said = format!("autosave.file: {}: it is not a file", path.display());
             assert!(sentence.starts_with(&said), "{sentence}");
         }
     }

@@ -44,7 +44,7 @@ impl Embedded {
     /// Keeps a request.
     ///
     /// # Errors
-    /// Returns an error if these bytes are no `StepSimulationRequest`, or the caller's version is not served.
+    /// Returns an error if these bytes are not a `StepSimulationRequest`, or the caller's version is not served.
     pub fn keep_step(&self, request: &[u8]) -> Result<KeptStep, Status> {
         version::check(self.said.as_ref()).map_err(with_reason)?;
         let request = checked::decode::<v1::StepSimulationRequest>(request);

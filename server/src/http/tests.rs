@@ -121,7 +121,7 @@ fn two_boxes() -> Arc<MeshAsset> {
 
 /// Returns a spawn of `arm` with that mesh on its first link.
 fn spawn_with_a_mesh(meshes: MeshShapes) -> Command {
-    let Command::Spawn(mut spawn) = spawn("arm", &[]) else { panic!("it is no spawn") };
+    let Command::Spawn(mut spawn) = spawn("arm", &[]) else { panic!("it is not a spawn") };
     let mut model = (*spawn.model).clone();
     model.links[0].collisions = vec![Collision {
         link_from_shape: DPose3::IDENTITY,
@@ -218,7 +218,7 @@ async fn requests_beyond_what_a_client_may_ask_in_a_second_are_refused() {
         let expected = "calls a second by connection 1 would be 3, and the limit is 2";
         assert!(sentence.contains(expected), "{path}: {sentence}");
     }
-    assert_eq!(get("/page.js", 1).await.0, StatusCode::OK, "the page's own files are no calls");
+    assert_eq!(get("/page.js", 1).await.0, StatusCode::OK, "the page's own files are not calls");
     assert_eq!(get("/robots", 2).await.0, StatusCode::OK, "another has a share of its own");
 }
 

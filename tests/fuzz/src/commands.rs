@@ -88,7 +88,7 @@ enum Asked {
     Rays(Vec<[DVec3; 2]>),
 }
 
-/// Decodes a message; `None` if its bytes are no message, or it is refused.
+/// Decodes a message; `None` if its bytes are not a message, or it is refused.
 fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
     let command = match kind % 20 {
         0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(Command::SetTargets)),

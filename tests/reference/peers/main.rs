@@ -83,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 }
                 batch(world.as_mut(), steps.parse()?)
             }
-            _ => return Err(format!("{line:?} is no request").into()),
+            _ => return Err(format!("{line:?} is not a request").into()),
         };
         let mut out = std::io::stdout().lock();
         writeln!(out, "{answer}")?;

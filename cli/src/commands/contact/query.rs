@@ -188,7 +188,7 @@ fn placed(text: &str) -> Result<Placed, String> {
     Ok(Placed { shape: shape(written)?, at })
 }
 
-/// Error for a text that is no shape.
+/// Error for a text that is not a shape.
 const SHAPES: &str = "must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH or \
                       cone:RADIUS,LENGTH";
 

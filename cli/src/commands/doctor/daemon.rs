@@ -158,7 +158,7 @@ fn unreachable(address: &Address, error: &io::Error) -> Finding {
     }
 }
 
-/// Returns the finding of a server that is no usable daemon.
+/// Returns the finding of a server that is not a usable daemon.
 fn silent(error: &Error, place: &str) -> Finding {
     match error {
         Error::Untrusted { reason, sentence, .. } if !reason.contains("invalid peer certificate") => {

@@ -23,7 +23,7 @@ fn a_file_is_as_it_was_until_the_other_one_is_whole() {
     replace_file(&folder.path().join("new"), b"new").unwrap();
     assert_eq!(fs::read(folder.path().join("new")).unwrap(), b"new");
     assert!(replace_file(&folder.path().join("none/file"), b"").is_err());
-    assert!(replace_file(folder.path(), b"").is_err(), "a folder is no file");
+    assert!(replace_file(folder.path(), b"").is_err(), "a folder is not a file");
     assert_eq!(count(&folder), 2);
 }
 

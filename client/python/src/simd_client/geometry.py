@@ -122,7 +122,7 @@ def pose_to_proto(pose: Pose) -> proto.Pose:
 
 
 def pose_from_proto(message: proto.Pose) -> Pose:
-    """Converts a pose from a message; an absent orientation is no rotation."""
+    """Converts a pose from a message; an absent orientation means no rotation."""
     turn = message.orientation
     orientation = np.array([turn.x, turn.y, turn.z, turn.w])
     if not orientation.any():

@@ -117,7 +117,7 @@ class JointSpring:
     """A spring beside the actuator of a joint of one axis: effort = stiffness (rest - position)."""
 
     stiffness: float
-    """N m/rad or N/m; 0 is no spring."""
+    """N m/rad or N/m; 0 means no spring."""
     rest: float = 0.0
     """Rest position, rad or m."""
 

@@ -43,7 +43,7 @@ class MeshFile:
 
 def mesh_file(mesh: AnyMesh) -> MeshFile:
     """Returns a file's content, or arrays as OBJ with all digits of their numbers. Raises `ValueError` for
-    arrays that are no mesh, and `OSError` for an unreadable file."""
+    arrays that are not a mesh, and `OSError` for an unreadable file."""
     if isinstance(mesh, (str, os.PathLike)):
         path = Path(mesh).expanduser()
         return MeshFile(path.read_bytes(), path.name)

@@ -335,7 +335,7 @@ class Cost:
 
 def copies_of(copies: int | None, parts: Sequence[Control | Start | Variation]) -> int:
     """Returns the number of copies of a rollout: the given number, or the number in the arrays. Raises
-    `ValueError` if they differ, or if it is no count."""
+    `ValueError` if they differ, or if it is not a count."""
     counts = {each.copies for each in parts} - {None}
     if copies is not None:
         counts.add(copies)
@@ -361,7 +361,7 @@ def rollout_to_proto(
     seed: int,
 ) -> proto.RolloutRequest:
     """Converts to a message. Raises `ValueError` if arrays are for different numbers of copies, or a number
-    is no count."""
+    is not a count."""
     return proto.RolloutRequest(
         saved_state=saved_state,
         copies=copies_of(copies, (*controls, *starts, *variations)),

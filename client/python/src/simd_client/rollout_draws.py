@@ -24,7 +24,7 @@ LEAST_MASS = 0.01
 """Minimum factor of a mass that a daemon accepts."""
 
 _ADDED = ("joint_positions", "joint_velocities", "wrench")
-"""Quantities with numbers that are no factors."""
+"""Quantities with numbers that are not factors."""
 
 
 def drawn(variation: Variation, index: int, seed: int, copies: range, width: int) -> Variation:

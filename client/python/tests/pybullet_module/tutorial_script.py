@@ -4,7 +4,7 @@ Arguments: the URDF, `position` or `velocity`, the number of turns, and the turn
 it is ready.
 """
 
-# PyBullet has no types, and a script is no typed program.
+# PyBullet has no types, and a script is not a typed program.
 # pyright: basic, reportMissingImports=false, reportAttributeAccessIssue=false, reportPossiblyUnboundVariable=false
 
 import sys

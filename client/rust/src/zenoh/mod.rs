@@ -58,7 +58,7 @@ impl Network {
     /// Joins the network at a locator such as `tcp/127.0.0.1:7447`.
     ///
     /// # Errors
-    /// [`Error::Endpoint`] if the text is no locator, [`Error::Unreachable`] if no process listens there,
+    /// [`Error::Endpoint`] if the text is not a locator, [`Error::Unreachable`] if no process listens there,
     /// [`Error::Certificate`] and [`Error::Untrusted`] as [`Client::connect`].
     pub async fn join(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
         match crate::endpoint::read(locator)? {

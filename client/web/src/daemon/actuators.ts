@@ -6,7 +6,7 @@ export interface Actuator {
   /** Gain of position targets in force; absent if the joint has no actuator. */
   stiffness?: number;
   damping?: number;
-  /** Inertia of the rotor as felt at the joint; 0 is none. */
+  /** Inertia of the rotor as felt at the joint; 0 means none. */
   armature: number;
   /** Stiffness of a spring beside the actuator; absent without one. */
   spring?: number;

@@ -73,7 +73,7 @@ describe("axes", () => {
     expect(axes.every(({ isBall, effortLimit }) => isBall === true && effortLimit === 3)).toBe(true);
   });
 
-  test("fixed and floating joints are no rows", () => {
+  test("fixed and floating joints are not rows", () => {
     for (const type of [JointType.FIXED, JointType.FLOATING]) {
       expect(axesOf("arm", create(JointInfoSchema, { name: "x", type }))).toEqual([]);
     }
@@ -159,7 +159,7 @@ describe("frames", () => {
     expect([...(frame?.poses.keys() ?? [])]).toEqual(["leg"]);
   });
 
-  test("an answer without a state is no frame", () => {
+  test("an answer without a state is not a frame", () => {
     expect(frameOf(create(NextJointStatesResponseSchema), new Map(), 0)).toBeUndefined();
   });
 });

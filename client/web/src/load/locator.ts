@@ -122,7 +122,7 @@ export class Locator {
   private home(): string | undefined {
     const manifested = this.above.find((folder) => this.isPackage(folder));
     if (manifested !== undefined) return manifested;
-    // No deeper than `NAME/urdf/arm/arm.urdf`: farther up, such a name is no evidence of a package.
+    // No deeper than `NAME/urdf/arm/arm.urdf`: farther up, such a name is not evidence of a package.
     const named = this.above.slice(0, 2).find((folder) => ["urdf", "robots", "robot"].includes(nameOf(folder)));
     return named === undefined ? this.above[0] : parent(named);
   }

@@ -40,7 +40,7 @@ test("a file that is longer or shorter than the list says is damaged", async () 
   await expect(open([{ name: "d/a", bytes }], ZIP_LIMITS, 2)).rejects.toThrow("arm.zip is damaged");
 });
 
-test("what is no zip, or encrypted, is said to be so", async () => {
+test("what is not a zip, or encrypted, is said to be so", async () => {
   await expect(openZip(new File(["<robot/>"], "arm.zip"))).rejects.toThrow("arm.zip is not a zip file");
   await expect(open([{ name: "d/a", bytes: "x", flags: 1 }])).rejects.toThrow("d/a in arm.zip is encrypted");
 });

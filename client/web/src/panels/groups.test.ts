@@ -25,7 +25,7 @@ test("every joint is shown exactly once, those without a group first", () => {
   expect(groups.flatMap(({ rows }) => rows.map(({ item }) => item)).sort()).toEqual([...names].sort());
 });
 
-test("a first word that all names share is no heading", () => {
+test("a first word that all names share is not a heading", () => {
   const names = ["left", "right"].flatMap((side) => ["a", "b", "c", "d", "e"].map((part) => `robot_${side}_${part}`));
   expect(Object.keys(shown(names))).toEqual(["left", "right"]);
 });

@@ -26,7 +26,7 @@ export function grouped<T>(items: readonly T[], nameOf: (item: T) => string): Gr
   const plain = items.map((item) => ({ item, label: nameOf(item) }));
   if (items.length < MIN_ROWS) return [{ heading: "", rows: plain }];
   const entries = plain.map(({ item, label }) => ({ item, label, words: words(label) }));
-  // Words at the start of all names are no heading.
+  // Words at the start of all names are not a heading.
   const shared = sharedWords(entries.map((entry) => entry.words));
   const split = splitBy(entries, shared);
   if (split.length < 2) return [{ heading: "", rows: plain }];

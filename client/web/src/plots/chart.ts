@@ -100,7 +100,7 @@ export class Chart {
     this.marker.style.left = `${this.plot.valToPos(time, "x")}px`;
   }
 
-  /** Calls back with the time of a click in the plot; a drag is no click. */
+  /** Calls back with the time of a click in the plot; a drag is not a click. */
   onPick(pick: (time: number) => void): void {
     let pressedAt = 0;
     this.plot.over.addEventListener("mousedown", (event) => {

@@ -64,7 +64,7 @@ export class TimePlot {
         setSelect: [
           (plot) => {
             const { left, width } = plot.select;
-            // A click is no zoom. Each drag reaches the other plots too; hidden ones have no scale.
+            // A click is not a zoom. Each drag reaches the other plots too; hidden ones have no scale.
             if (width < 4 || host.clientWidth === 0) return;
             onZoom({ min: plot.posToVal(left, "x"), max: plot.posToVal(left + width, "x") });
             plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);

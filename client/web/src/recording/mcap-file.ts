@@ -48,7 +48,7 @@ export class McapFile {
     readonly isComplete: boolean,
   ) {}
 
-  /** Reads the places of its chunks. Rejects with a sentence if it is no recording. */
+  /** Reads the places of its chunks. Rejects with a sentence if it is not a recording. */
   static async open(source: Source): Promise<McapFile> {
     await checkFormat(source);
     return (await isComplete(source)) ? McapFile.indexed(source) : McapFile.scanned(source);

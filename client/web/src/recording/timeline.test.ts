@@ -109,7 +109,7 @@ test("flipped bytes anywhere give a sentence, or a recording", async () => {
 }, LONG);
 
 test("other files are refused with a sentence", async () => {
-  const text = new TextEncoder().encode("This is no recording, but a text about one.");
+  const text = new TextEncoder().encode("This is not a recording, but a text about one.");
   await expect(open(text as Uint8Array<ArrayBuffer>)).rejects.toThrow("it is not a file of MCAP");
   await expect(open(new Uint8Array(0))).rejects.toThrow("it is not a file of MCAP");
   await expect(open(await recording({ format: "" }))).rejects.toThrow("not a recording of simd");
@@ -138,7 +138,7 @@ test("chunks are kept within bounds, and read again", async () => {
   expect(reads).toBe(before);
 });
 
-test("what a lost daemon does not give is asked for again, a second later, and is no gap", async () => {
+test("what a lost daemon does not give is asked for again, a second later, and is not a gap", async () => {
   const bytes = await recording({ states: 200 });
   let isLost = false;
   let reads = 0;

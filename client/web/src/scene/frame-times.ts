@@ -8,7 +8,7 @@ const FAST = 20;
 const LATE = 25;
 /** Default number of intervals that are considered. */
 const COUNT = 24;
-/** A longer interval is no slow picture: the tab was hidden, or the machine slept. */
+/** A longer interval is not a slow picture: the tab was hidden, or the machine slept. */
 const LONGEST = 2000;
 
 /** Measures the time between consecutive pictures. */

@@ -41,7 +41,7 @@ describe("angles", () => {
     }
   });
 
-  test("of what is no orientation are zero", () => {
+  test("of what is not an orientation are zero", () => {
     expect(rollPitchYaw([0, 0, 0, 0])).toEqual([0, 0, 0]);
     expect(rollPitchYaw([NaN, 0, 0, 1])).toEqual([0, 0, 0]);
   });

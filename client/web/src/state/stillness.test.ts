@@ -28,7 +28,7 @@ test("a link that moves, a target and a reset are seen", () => {
   expect(isStill(frame(), frame({ epoch: 2n }))).toBe(false);
 });
 
-test("another robot, and a value that is not a number, are no rest", () => {
+test("another robot, and a value that is not a number, are not rest", () => {
   expect(isStill(frame(), frame({ robot: "leg" }))).toBe(false);
   expect(isStill(frame({ position: NaN }), frame({ position: NaN }))).toBe(false);
 });

@@ -166,5 +166,5 @@ fn mismatched<T>(what: &T) -> CallError
 where
     T: std::fmt::Debug,
 {
-    CallError::Internal { message: format!("this is no answer: {what:?}") }
+    CallError::Internal { message: format!("this is not an answer: {what:?}") }
 }

@@ -294,7 +294,7 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
             Err(status) => panic!("{name}: {status}"),
         }
     }
-    assert!(reads.is_empty(), "{:?} are no methods", reads.keys());
+    assert!(reads.is_empty(), "{:?} are not methods", reads.keys());
     assert_eq!(handle.newest().state.at.step, 0, "the step is still going on");
     drop(let_go);
     handle.end_driver();

@@ -1,5 +1,5 @@
 //! Adds a reason to refusals that tonic itself makes before a service sees the call, so that clients find one
-//! on every refusal. Examples are a message that is too long, bytes that are no message, and an unknown
+//! on every refusal. Examples are a message that is too long, bytes that are not a message, and an unknown
 //! method.
 
 use std::convert::Infallible;

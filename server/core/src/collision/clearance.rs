@@ -15,7 +15,7 @@ fn gap([(of_a, i), (of_b, j)]: [(&RobotColliders, usize); 2]) -> f64 {
 }
 
 /// Returns the gap between a plane and a shape above it; the bounds of a plane meet everything. Minus
-/// infinity if the first is no plane.
+/// infinity if the first is not a plane.
 fn above((of_plane, index): (&RobotColliders, usize), other: &Placed) -> f64 {
     let (plane, frame) = (&of_plane.placed[index], &of_plane.frames[index]);
     let Some(half_space) = of_plane.shape(plane).as_halfspace() else { return f64::NEG_INFINITY };

@@ -282,7 +282,7 @@ fn refined([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
 }
 
 /// Returns the lowest point of a shape over a plane, the point below it on the plane, the plane's normal and
-/// the height. Returns `None` if the first is no plane, or both are. parry 0.31 inverts the relative pose if
+/// the height. Returns `None` if the first is not a plane, or both are. parry 0.31 inverts the relative pose if
 /// the plane comes second.
 fn over_plane(plane: &PlacedShape, other: &PlacedShape) -> Option<(DVec3, DVec3, DVec3, f64)> {
     let half = plane.shape.as_halfspace()?;

@@ -201,7 +201,7 @@ impl Rollout {
         self.starts.iter().try_for_each(|start| start.apply(world, copy))?;
         let mut vary = self.variations.iter();
         vary.try_for_each(|variation| variation.apply(world, copy, gain_factors, &self.state))?;
-        // A reset of joints and the like is no failure.
+        // A reset of joints and the like is not a failure.
         world.take_events();
         Ok(())
     }

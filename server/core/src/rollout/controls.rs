@@ -22,7 +22,7 @@ pub(super) struct ControlPlan {
     mode: ControlMode,
     /// Values; `None` means zero.
     values: Option<Knots>,
-    /// Stiffness and damping of each joint; NaN means the joint's own. This is no `Option`: the processor
+    /// Stiffness and damping of each joint; NaN means the joint's own. This is not an `Option`: the processor
     /// would compute speculatively with the number in an absent one, which is slow if it is subnormal.
     gains: Vec<[f64; 2]>,
     feedback: Option<FeedbackPlan>,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-/// Identifier of a claim. It is no secret: a caller proves that it holds the claim before a command is made.
+/// Identifier of a claim. It is not a secret: a caller proves that it holds the claim before a command is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
 pub struct ClaimId(pub u64);
 

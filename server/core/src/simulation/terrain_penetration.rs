@@ -30,7 +30,7 @@ impl PublishedState {
         let is_terrain =
             |robot: usize| self.world.entities.get(robot).is_some_and(|entity| entity.shapes.has_terrain());
         let count = self.world.entities.len();
-        // If this robot is no terrain, only terrain matters to it.
+        // If this robot is not terrain, only terrain matters to it.
         let others = (0..count).filter(|other| *other != robot && (is_terrain(robot) || is_terrain(*other)));
         let own = self.placed(robot, None);
         let mut found: Vec<TerrainPenetration> = Vec::new();

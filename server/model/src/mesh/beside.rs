@@ -271,7 +271,7 @@ pub(super) fn relative(name: &str) -> Option<String> {
         Some(rest) => (rest.trim_start_matches("//").to_owned(), rest.starts_with("//")),
         None => (path.into_owned(), false),
     };
-    // Nothing is fetched, and `data:` is no file.
+    // Nothing is fetched, and `data:` is not a file.
     if path.contains("://") || path.starts_with("data:") {
         return None;
     }

@@ -82,7 +82,7 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
                     let corner = FaceCorner { index, uv: uv.unwrap_or_default() };
                     fan.corner(corner, &mut mesh).map_err(|why| format!("line {at}: {why}"))?;
                 } else if element == Element::Uv {
-                    // An invalid number is no reason to refuse a mesh.
+                    // An invalid number is not a reason to refuse a mesh.
                     corner
                         .get_mut(given)
                         .into_iter()

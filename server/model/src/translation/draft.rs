@@ -7,7 +7,7 @@ use glamx::{DPose3, DVec3};
 
 use crate::robot::{Inertial, JointLimits, Material, TextureRepeat};
 
-/// A place: index of the file, and line; 0 is none.
+/// A place: index of the file, and line; 0 means none.
 pub(crate) type At = (usize, u32);
 
 /// A robot.

@@ -69,7 +69,7 @@ pub struct TranslatedModel {
     pub pose: DPose3,
     /// Whether its root link is fixed.
     pub fixed: bool,
-    /// For each line of `urdf`, the index of its file and the line there. 0 is none.
+    /// For each line of `urdf`, the index of its file and the line there. 0 means none.
     pub(crate) lines: Vec<(usize, u32)>,
     /// Names of the files: the file that was sent has an empty one.
     pub(crate) files: Vec<String>,

@@ -63,7 +63,7 @@ pub(crate) fn report<'a>(sources: &'a [Source<'a>], notes: &mut Notes) {
             let tag = element.tag();
             for attribute in element.node.attributes() {
                 let name = attribute.name();
-                // Attributes of the root describe the format, and are no part of a robot.
+                // Attributes of the root describe the format, and are not part of a robot.
                 let is_root = element.node == source.document.root_element();
                 let is_known = is_root || name == "name" || asked(tag, What::Attribute(name));
                 if is_known || !named.insert(key(tag, What::Attribute(name))) {

@@ -53,7 +53,7 @@ fn line_of(text: &str, at: usize) -> u32 {
 
 /// Returns the ranges of `<?xml ...?>` before the root.
 fn declarations(text: &str) -> Vec<(usize, usize)> {
-    // One is correct, two have been seen; more are no mistake.
+    // One is correct, two have been seen; more are not a mistake.
     const MAX: usize = 8;
     let mut found = Vec::new();
     let mut at = 0;

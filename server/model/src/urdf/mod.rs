@@ -103,7 +103,7 @@ pub struct Description {
 ///
 /// # Errors
 ///
-/// Returns an error if the text is no URDF, or too large. A robot that [`read`] refuses for its meaning is
+/// Returns an error if the text is not a URDF, or too large. A robot that [`read`] refuses for its meaning is
 /// still described.
 pub fn describe(urdf: &[u8], limits: &LoadLimits) -> Result<Description, Refused> {
     let mut findings = Findings::new(limits.findings);
@@ -115,8 +115,8 @@ pub fn describe(urdf: &[u8], limits: &LoadLimits) -> Result<Description, Refused
 ///
 /// # Errors
 ///
-/// Returns an error for text that is no URDF or too large, and for elements that cannot be understood or do
-/// not form one tree. With `strict`, also for any warning.
+/// Returns an error for text that is not a URDF or too large. Elements that cannot be understood or do not form
+/// one tree are errors too, and with `strict` any warning.
 pub fn read(
     urdf: &[u8],
     assets: &dyn Assets,

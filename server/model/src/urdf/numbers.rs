@@ -125,7 +125,7 @@ fn fitted(mut values: Vec<f64>, shape: Shape) -> Result<(Vec<f64>, Option<String
     let (found, count) = (values.len(), shape.count());
     if found == count {
         if shape == Shape::Bound {
-            // Larger bounds than simd computes with are no limit.
+            // Larger bounds than simd computes with mean no limit.
             let beyond = values.iter_mut().filter(|value| value.abs() > limits::MAGNITUDE);
             beyond.for_each(|value| *value = f64::INFINITY.copysign(*value));
         }

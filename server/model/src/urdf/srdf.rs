@@ -43,7 +43,7 @@ pub struct SrdfPair {
 /// Reads an SRDF of a robot. Unknown links cause a warning and are left out.
 ///
 /// # Errors
-/// Returns an error if the text is no SRDF, or too large; with `strict`, also for any warning.
+/// Returns an error if the text is not an SRDF, or too large; with `strict`, also for any warning.
 pub fn read_srdf(
     srdf: &[u8],
     model: &RobotModel,

@@ -29,7 +29,7 @@ pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
     if !is(child, tag) {
         return findings.info(child, Ignored, "not read by simd: it is of another namespace");
     }
-    // Many of them are no typing error.
+    // Many of them are not typing errors.
     if findings.is_full() {
         return findings.info(child, Ignored, "not read by simd");
     }

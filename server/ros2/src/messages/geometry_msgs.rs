@@ -18,7 +18,7 @@ messages! {
         z: f64,
     }
 
-    /// A rotation. The default is all zeros, which is no rotation at all: set `w` to 1.
+    /// A rotation. The default is all zeros, which is not a rotation: set `w` to 1.
     Quaternion = "geometry_msgs/msg/Quaternion" {
         x: f64,
         y: f64,

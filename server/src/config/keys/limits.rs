@@ -202,7 +202,7 @@ fn service() -> Vec<Key> {
         count(
             "service.memory_limit",
             0..=MANY,
-            "bytes that the daemon may allocate; 0 is no limit. Beyond seven eighths, calls that take memory are refused, and the world \
+            "bytes that the daemon may allocate; 0 means no limit. Beyond seven eighths, calls that take memory are refused, and the world \
              is saved if `autosave` is on. Beyond the limit the daemon ends",
             |draft| &mut draft.config.limits.memory_limit,
         ),

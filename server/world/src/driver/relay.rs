@@ -140,7 +140,7 @@ impl Shared {
 }
 
 impl Answer {
-    /// A caller that has disconnected does not read its answer, which is no fault.
+    /// A caller that has disconnected does not read its answer, which is not a fault.
     pub(super) fn send(self) {
         match self {
             Self::Done(answer) => answer.send(),

@@ -74,7 +74,7 @@ impl Bench {
 }
 
 fn done<T>(mut answer: Answer<T>) -> T {
-    answer.try_recv().expect("there is an answer").expect("it is no refusal")
+    answer.try_recv().expect("there is an answer").expect("it is not a refusal")
 }
 
 fn stepped(answer: Answer<Stepped>) -> Done {

@@ -164,7 +164,7 @@ mod tests {
         meshes.lock().insert(keys[1], glb(CAPACITY + 1));
         assert!(meshes.cached(&keys[1]).is_none());
         let Key::Mesh(hash) = keys[2] else { panic!("{keys:?}") };
-        assert!(meshes.cached(&Key::Collider(hash)).is_none(), "a mesh is no collider");
+        assert!(meshes.cached(&Key::Collider(hash)).is_none(), "a mesh is not a collider");
     }
 
     #[test]

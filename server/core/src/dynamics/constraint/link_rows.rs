@@ -67,7 +67,7 @@ const SINGULAR: f64 = 1e-8;
 /// Identity: nn, nt, nu, tt, tu, uu.
 const ALL_DIRECTIONS: [f64; 6] = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
 
-/// Largest difference of a velocity before the step from the rows' target that is no jump, m/s or rad/s.
+/// Largest difference of a velocity before the step from the rows' target that is not a jump, m/s or rad/s.
 const AT_REST: f64 = 1e-6;
 
 /// Divisor of steadiness: the correction is predicted from the last step, and dropped if it has changed by

@@ -234,7 +234,7 @@ impl Island {
         if constraints.is_empty() {
             return;
         }
-        // Corrections to distant positions turn on a curve, which is no part of the motion.
+        // Corrections to distant positions turn on a curve, which is not part of the motion.
         let is_known = !self.links.iter().any(LinkRows::is_put_far)
             && !robots.iter_mut().any(|robot| robot.as_mut().halves_its_kick());
         for of in &mut *constraints {

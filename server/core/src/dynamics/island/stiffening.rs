@@ -65,7 +65,7 @@ impl Island {
                 let axis = DVec3::from_array(vector);
                 let along = |matrix: &Symmetric| axis.dot(matrix.times(axis));
                 let (wanted, own) = (value / FASTEST, along(&moment));
-                // NaN is no moment.
+                // NaN is not a moment.
                 if wanted > own {
                     *stiffening = stiffening.without(axis, own - wanted);
                     is_much |= wanted > GROWTH * (own + along(&used));

@@ -54,7 +54,7 @@ pub struct FootPair {
     pub normal: DVec3,
 }
 
-/// A moving shape that is no ball, and a plane that it may touch.
+/// A moving shape that is not a ball, and a plane that it may touch.
 #[derive(Clone, Copy, Debug)]
 pub struct Guard {
     /// Body of the shape.

@@ -202,7 +202,7 @@ fn the_copies_beside_one_that_touches_do_not_matter() {
     assert_neighbours_do_not_matter(&rollout);
 }
 
-/// A trunk that comes down on the plane, with folded legs beside it. Shapes that are no feet touch too, and
+/// A trunk that comes down on the plane, with folded legs beside it. Shapes that are not feet touch too, and
 /// lanes leave them to the world.
 #[test]
 fn a_quadruped_that_lies_down_has_the_bits_of_the_world() {

@@ -36,7 +36,7 @@ pub struct SensorDefinition {
 /// Published form of a sensor.
 #[derive(Clone, Debug)]
 pub struct WorldSensor {
-    /// Identifier, which no other sensor of this world had before. It is no part of the state: a sensor from
+    /// Identifier, which no other sensor of this world had before. It is not part of the state: a sensor from
     /// a file gets another one.
     pub id: u64,
     /// Robot, by index in [`WorldLayout::entities`](super::super::published_state::WorldLayout::entities).

@@ -102,7 +102,7 @@ fn a_claimed_robot_is_changed_by_its_holder_alone() {
         let of_other = matches!(&command, Command::SetCollisionFilter(change) if change.robot == "other");
         match world.apply_for(&command, Some(PLANNER)) {
             Ok(_) => {}
-            // A robot's link with itself is no pair, but the claim did not prevent it.
+            // A robot's link with itself is not a pair, but the claim did not prevent it.
             Err(error) => {
                 assert!(of_other && !matches!(error, Error::RobotClaimed { .. }), "{command:?}: {error}")
             }

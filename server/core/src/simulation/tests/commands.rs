@@ -278,7 +278,7 @@ fn who_set_a_target_is_known_for_as_long_as_the_target_holds() {
     let fingerprint = world.fingerprint();
     set_by(&mut world, "arm", "two", position(0.1)).unwrap();
     assert_eq!(sources(&world), [some("two"), some("two")]);
-    assert_eq!(world.fingerprint(), fingerprint, "it is no state");
+    assert_eq!(world.fingerprint(), fingerprint, "it is not a state");
     let whole =
         RobotTargets { robot: "arm".into(), whole: Some(WholeTarget::Hold), ..RobotTargets::default() };
     let whole = SetTargets { robots: vec![whole], source: source("whole"), ..SetTargets::default() };

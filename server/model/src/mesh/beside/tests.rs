@@ -91,7 +91,7 @@ fn a_picture_that_is_missing_or_too_large_is_noted_and_the_colour_is_left() {
     let files = files.with("package://b/meshes/../pictures/squares.png", &bomb);
     let (_, beside) = read_box("obj", &files);
     assert!(beside.notes[0].contains("is not read: it has 60000 by 32 pixels"), "{:?}", beside.notes);
-    assert_eq!(beside.files.len(), 1, "what is not used is no part of the look");
+    assert_eq!(beside.files.len(), 1, "what is not used is not part of the look");
     let (_, beside) = read_box("dae", &Files::default());
     assert!(
         beside.notes[0].starts_with("the texture \"../pictures/squares.png\" is not found"),

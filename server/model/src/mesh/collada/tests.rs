@@ -328,7 +328,7 @@ fn triangles_have_the_colours_of_their_materials() {
     let red = Some([1.0, 0.5, 0.0]);
     let painted: Vec<_> = paints.iter().map(|paint| (paint.first, paint.color)).collect();
     assert_eq!(painted, [(0, red), (1, None), (5, red), (6, None)]);
-    // A broken reference gives no colour, and is no reason to refuse the rest.
+    // A broken reference gives no colour, and is not a reason to refuse the rest.
     for (from, to) in [("#m1", "#lost"), ("1 0.5 -3 1", "1 0.5"), ("url=\"#e1\"", ""), ("#e1", "#e2")] {
         let broken = text.replace(from, to);
         let paints = crate::mesh::read("a.dae", broken.as_bytes(), &Beside::default()).unwrap().paints;

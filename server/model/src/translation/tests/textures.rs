@@ -237,7 +237,7 @@ fn an_albedo_map_of_sdf_is_drawn_on_shapes_and_meshes() {
         assert_eq!(
             (picture_of(&shown), shown.color),
             (Some("pictures/squares.png"), None),
-            "ambient light is no colour"
+            "ambient light is not a colour"
         );
         assert_eq!(warnings(&report), []);
     }

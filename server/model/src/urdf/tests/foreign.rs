@@ -60,7 +60,7 @@ fn looks_that_cannot_be_read_refuse_no_robot() {
     let (model, report) = robot(origin);
     assert_eq!(model.links[0].visuals.len(), 0);
     find(&report, "since it is only visual");
-    // Faults of colliders are no matter of the look.
+    // Faults of colliders do not concern the look.
     assert!(read_text(&origin.replace("visual", "collision")).is_err());
 }
 

@@ -74,7 +74,7 @@ fn what_is_no_srdf_is_refused() {
     assert!(refusal(b"<sdf/>").contains("this is not an SRDF"));
     assert!(refusal(b"<robot>").contains("the XML is broken"));
     assert!(refusal(b"\x89PNG\r\n").contains("this is not an SRDF"));
-    assert!(refusal(b"\xff\xfe\x01").starts_with("SRDF: the SRDF is"), "bytes that are no text");
+    assert!(refusal(b"\xff\xfe\x01").starts_with("SRDF: the SRDF is"), "bytes that are not text");
     let deep = "<a>".repeat(5_000) + &"</a>".repeat(5_000);
     assert!(refusal(format!("<robot>{deep}</robot>").as_bytes()).contains("nested deeper"));
     let many = "<disable_collisions/>".repeat(300_000);
