@@ -26,7 +26,7 @@ class GenerateProto(BuildHookInterface):
 
 def generate(root: Path) -> None:
     """Writes the package `simd_client.proto` anew."""
-    # A source archive has the schema beside it, the repository in a folder that all clients share.
+    # A source archive has the schema next to it, the repository in a folder that all clients share.
     shared = root.parent.parent / "proto"
     own = root / "schema"
     schema = own if (own / "simd").is_dir() else shared

@@ -1,4 +1,4 @@
-// Puts a gzipped copy beside each text file of the bundle, so that the daemon need not compress.
+// Puts a gzipped copy next to each text file of the bundle, so that the daemon need not compress.
 import { readdir, readFile, writeFile } from "node:fs/promises";
 import { join, resolve } from "node:path";
 import { gzipSync } from "node:zlib";

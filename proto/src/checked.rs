@@ -24,7 +24,7 @@ const MAX_DEPTH: usize = 16;
 const LIST: usize = 4;
 /// A map consists of nodes of eleven entries; the first of them may hold one.
 const MAP: usize = 12;
-/// Overhead of an allocation beside the requested size.
+/// Overhead of an allocation in addition to the requested size.
 const ALLOCATION: usize = 32;
 
 /// A message of the schema with its shape.
@@ -150,8 +150,8 @@ impl Scales {
         Ok(())
     }
 
-    /// Refuses bytes that are not a message. The decoder cannot do this: it reads the length of a field before
-    /// it finds that the field is cut off.
+    /// Refuses bytes that are not a message. The decoder cannot do this: it reads the length of a field
+    /// before it finds that the field is cut off.
     fn message(&mut self, shape: &Shape, mut rest: &[u8], depth: usize) -> Result<(), Stop> {
         let depth = depth.checked_sub(1).ok_or(Stop::Malformed)?;
         while !rest.is_empty() {

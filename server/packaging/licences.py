@@ -34,7 +34,7 @@ _WEB = REPOSITORY / "client" / "web"
 # Packages that state their second licence only at the head of one of their sources.
 _HEADS = {"@bufbuild/protobuf": "dist/esm/wire/varint.js"}
 
-# Features of packages beside the default ones, as the Makefile builds them.
+# Features of packages in addition to the default ones, as the Makefile builds them.
 _FEATURES = "--features=simd-server/jemalloc"
 
 # Crates that contain third-party sources, and the place of their licence.

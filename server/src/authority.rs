@@ -45,7 +45,8 @@ enum Tls {
     Init {
         /// Output folder, created if missing. An authority in it signs the new certificate
         folder: PathBuf,
-        /// Name or address by which clients reach the daemon, beside localhost, 127.0.0.1 and ::1. Repeatable
+        /// Name or address by which clients reach the daemon, in addition to localhost, 127.0.0.1 and ::1.
+        /// Repeatable
         #[arg(long, value_name = "HOST")]
         host: Vec<String>,
     },

@@ -53,7 +53,7 @@ pub struct Config {
     pub zenoh: Zenoh,
     /// Node on a ROS 2 graph.
     pub ros2: Ros2,
-    /// Names by which browsers may address the daemon, beside addresses and `localhost`.
+    /// Names by which browsers may address the daemon, in addition to addresses and `localhost`.
     pub allow_hosts: Vec<String>,
     /// Origins of sites that may show the page in a frame, as `https://lab.example`.
     pub frame_ancestors: Vec<String>,

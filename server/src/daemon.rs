@@ -107,7 +107,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     Ok(Running { handle, address, unix_socket, tls, zenoh, ros2, server, autosave: config.autosave })
 }
 
-/// The page and the rules for browsers, which are served beside the calls.
+/// The page and the rules for browsers, which are served in addition to the calls.
 pub(crate) fn page(config: &Config, is_tls: bool, zenoh: http::ZenohWays) -> http::Settings {
     http::Settings {
         bundle: http::Bundle::embedded(),
@@ -134,8 +134,8 @@ fn read(config: &Config) -> Result<Files, Error> {
     Ok(Files { loader, access, tls })
 }
 
-/// Starts a daemon as far as it can without an address: reads all files, and loads the robots into a world that never runs.
-/// An autosave stays as it is.
+/// Starts a daemon as far as it can without an address: reads all files, and loads the robots into a world
+/// that never runs. An autosave stays as it is.
 ///
 /// # Errors
 /// Returns the error that would keep a daemon from starting.

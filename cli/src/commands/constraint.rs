@@ -1,4 +1,4 @@
-//! `simctl constraint`: constraints between links, beside the joints of their robots.
+//! `simctl constraint`: constraints between links, in addition to the joints of their robots.
 
 mod create;
 

@@ -74,7 +74,7 @@ pub(crate) struct Surface {
     /// Stiffness of the spring at each contact point, N/m; 0 is rigid
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     contact_stiffness: Option<f64>,
-    /// Damping beside that spring, N s/m
+    /// Damping in parallel with that spring, N s/m
     #[arg(long, value_name = "C", allow_negative_numbers = true)]
     contact_damping: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! `simctl marker`: lines, points and texts that pages draw beside the world.
+//! `simctl marker`: lines, points and texts that pages draw in addition to the world.
 
 use clap::{Args, Subcommand};
 use serde::Serialize;

@@ -143,7 +143,7 @@ fn read(path: &Path) -> anyhow::Result<Vec<TokenEntry>> {
     parse_tokens(&text).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
 }
 
-/// Writes a changed file beside the old one and replaces that, so that a daemon never reads half of it. The
+/// Writes a new file and renames it to the old one, so that a daemon never reads half of it. The
 /// new file is also a lock: otherwise two concurrent changes would lose one of them.
 fn change(
     path: &Path,

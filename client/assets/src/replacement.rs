@@ -9,7 +9,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A file that is written beside the one that it replaces. If it is dropped before [`finish`](Self::finish),
+/// A file in the same folder as the one that it replaces. If it is dropped before [`finish`](Self::finish),
 /// it is deleted, and the old file does not change.
 #[derive(Debug)]
 pub struct Replacement {

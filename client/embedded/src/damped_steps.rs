@@ -1,8 +1,8 @@
 //! PyBullet's search for joint positions of a pose: damped steps that may end before it.
 //!
-//! S. R. Buss, "Introduction to inverse kinematics with Jacobian transpose, pseudoinverse and damped least squares methods", 2004. The
-//! Python client has the same search for interpreters without this module (`simd_client/pybullet/damped_steps.py`), and a test holds
-//! both against each other.
+//! S. R. Buss, "Introduction to inverse kinematics with Jacobian transpose, pseudoinverse and damped least
+//! squares methods", 2004. The Python client has the same search for interpreters without this module
+//! (`simd_client/pybullet/damped_steps.py`), and a test holds both against each other.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -22,7 +22,8 @@ const SINGULAR: f64 = 0.01;
 
 /// A pose as Python gives it: x y z, and a quaternion x y z w.
 type Numbers = [f64; 7];
-/// Difference or change of a pose: a linear part and an angular one, which is not read without an orientation.
+/// Difference or change of a pose: a linear part and an angular one, which is not read without an
+/// orientation.
 type Column = [f64; 6];
 
 /// A movable joint of a chain.
@@ -50,8 +51,9 @@ type Wishes = (Option<[Vec<f64>; 4]>, Option<[Vec<f64>; 2]>);
 
 #[pymethods]
 impl Chain {
-    /// `steps` has the movable joints, from the base on. Each has the fixed transform to it, whether it slides, its axis, and the
-    /// number of its degree of freedom. `end` is the fixed transform from the last of them to the link's end.
+    /// `steps` has the movable joints, from the base on. Each has the fixed transform to it, whether it
+    /// slides, its axis, and the number of its degree of freedom. `end` is the fixed transform from the last
+    /// of them to the link's end.
     #[new]
     fn new(steps: Vec<(Numbers, bool, [f64; 3], usize)>, end: Numbers) -> Self {
         let step = |(way, slides, axis, column): (Numbers, bool, [f64; 3], usize)| Step {
@@ -63,9 +65,10 @@ impl Chain {
         Self { steps: steps.into_iter().map(step).collect(), end: pose(end) }
     }
 
-    /// Returns joint positions after at most `ends.0` steps, or after the first within `ends.1` metres of the goal. `joints` has the
-    /// positions at the start and the damping, one for each degree of freedom. `None` if a step needs a pseudoinverse, which this
-    /// module does not compute. Raises `ValueError` for lists of other lengths.
+    /// Returns joint positions after at most `ends.0` steps, or after the first within `ends.1` metres of the
+    /// goal. `joints` has the positions at the start and the damping, one for each degree of freedom. `None`
+    /// if a step needs a pseudoinverse, which this module does not compute. Raises `ValueError` for lists of
+    /// other lengths.
     fn search(
         &self,
         root: Numbers,
@@ -147,7 +150,7 @@ impl Chain {
         end
     }
 
-    /// Returns (J'J + damping)^-1 J' off. Joints beside the chain stay.
+    /// Returns (J'J + damping)^-1 J' off. Joints outside of the chain do not move.
     fn damped(&self, columns: &[Column], damping: &[f64], off: &[f64]) -> Vec<f64> {
         let size = columns.len();
         let mut matrix = vec![0.0; size * size];
@@ -166,8 +169,8 @@ impl Chain {
         step
     }
 
-    /// Returns the wished step, corrected so that the end moves towards the goal: w + J'(JJ' + damping)^-1 (off - J w). `None` if
-    /// small singular values are to be left out.
+    /// Returns the wished step, corrected so that the end moves towards the goal: w + J'(JJ' + damping)^-1
+    /// (off - J w). `None` if small singular values are to be left out.
     fn within_null_space(&self, columns: &[Column], wish: &[f64], off: &[f64]) -> Option<Vec<f64>> {
         let (rows, mut off) = (off.len(), off.to_vec());
         let mut matrix = vec![0.0; rows * rows];
@@ -244,7 +247,8 @@ fn wish([lower, upper, ranges, rest]: &[Vec<f64>; 4], q: &[f64]) -> Vec<f64> {
     q.iter().enumerate().map(wish).collect()
 }
 
-/// Solves a system with a symmetric positive definite matrix, of which the lower triangle is read, by Cholesky's factors.
+/// Solves a system with a symmetric positive definite matrix, of which the lower triangle is read, by
+/// Cholesky's factors.
 fn solve(matrix: &mut [f64], of: &mut [f64]) {
     let size = of.len();
     for i in 0..size {

@@ -48,7 +48,7 @@ def run(root: Path, data: Path | None, script: str, name: str, most: float) -> d
         if data:
             # Symbolic links do not work, since a robot's files may not leave their folder by them.
             shutil.copytree(data, scratch, copy_function=_linked, dirs_exist_ok=True)
-        # Scripts write beside their data.
+        # Scripts write into the folder of their data.
         result = Path(scratch) / "result.json"
         child = Path(__file__).with_name("bullet_script.py")
         command = [sys.executable, "-W", "ignore", str(child), name, str(root.resolve())]

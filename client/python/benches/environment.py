@@ -1,4 +1,4 @@
-"""An environment of a learner: A1 on the ground at 240 Hz, simd in this process beside PyBullet DIRECT.
+"""An environment of a learner: A1 on the ground at 240 Hz, simd in this process compared with PyBullet DIRECT.
 
     python benches/environment.py [--steps 4000]
 

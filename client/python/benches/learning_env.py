@@ -1,4 +1,4 @@
-"""Environment-steps a second: `RolloutEnv` over Zenoh, beside the same environment in MuJoCo.
+"""Environment-steps a second: `RolloutEnv` over Zenoh, compared with the same environment in MuJoCo.
 
     python benches/learning_env.py [--robot cart_pole|a1] [--environments 64] [--turns 300]
 

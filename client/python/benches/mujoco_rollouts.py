@@ -1,4 +1,4 @@
-"""Rollouts beside `mujoco.rollout` with as many threads: the seven-joint arm, and A1 standing on the ground.
+"""Rollouts compared with `mujoco.rollout` with as many threads: the seven-joint arm, and A1 standing on the ground.
 
     python benches/mujoco_rollouts.py [--copies 1024] [--steps 200] [--rounds 15] [--mjx] [--out target/rollouts/mujoco_rollouts.png]
 

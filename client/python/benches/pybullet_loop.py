@@ -1,4 +1,4 @@
-"""One turn of a PyBullet script's loop: simd beside PyBullet DIRECT and PyBullet's shared memory.
+"""One turn of a PyBullet script's loop: simd compared with PyBullet DIRECT and PyBullet's shared memory.
 
     python benches/pybullet_loop.py [--turns 3000] [--robot robot.urdf]
 

@@ -1,4 +1,4 @@
-"""Times round trips of the Python client beside a raw TCP echo in the same run: p50 and p99.
+"""Times round trips of the Python client and of a raw TCP echo in the same run: p50 and p99.
 
     SIMD_BINARY=target/debug/simd python client/python/benches/round_trip.py [--calls 5000]
 

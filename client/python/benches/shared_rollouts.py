@@ -1,4 +1,4 @@
-"""A rollout that two daemons behind a router share, beside the same by one of them.
+"""A rollout that two daemons behind a router share, compared with one of them.
 
     python benches/shared_rollouts.py [--copies 2048] [--steps 200] [--calls 9] [--killed 5]
 

@@ -1,6 +1,6 @@
-"""Foxglove beside the world: shapes of robots, poses of their links, and states of their joints.
+"""The world in Foxglove: shapes of robots, poses of their links, and states of their joints.
 
-`pip install foxglove-sdk`, run this beside the daemon, and in Foxglove open the printed connection. The
+`pip install foxglove-sdk`, run this with a running daemon, and in Foxglove open the printed connection. The
 daemon has no server for Foxglove: this program is an ordinary client, and may run anywhere.
 """
 

@@ -81,7 +81,7 @@ def trials(sim: Simulation, starts: int, seed: int, lockstep: bool = False) -> I
 def _trials(
     sim: Simulation, starts: int, random: np.random.Generator, lockstep: bool, cleanup: ExitStack
 ) -> Iterator[Trial]:
-    # The arm stands beside everything that is in the world already.
+    # The arm stands next to everything that is in the world already.
     aside = np.array([10 + max((robot.pose.position[0] for robot in sim.robots.values()), default=0.0), 0.0, 0.0])
     arm = sim.load(ROBOT, "reaching_arm", fixed=True, allow_renaming=True, position=aside)
     cleanup.callback(arm.delete)

@@ -25,7 +25,7 @@ async def main() -> None:
         seen += 1
 
     async with aio.connect() as sim, AsyncExitStack() as cleanup:
-        # The robots stand beside everything that is in the world already.
+        # The robots stand next to everything that is in the world already.
         poses = [await robot.pose for robot in (await sim.robots).values()]
         y = 2 + max((pose.position[1] for pose in poses), default=0.0)
         left, right = await asyncio.gather(

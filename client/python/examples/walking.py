@@ -42,7 +42,7 @@ def main() -> None:
         sim.pause()
         cleanup.callback(sim.set_physics, time_step=sim.physics.time_step)
         sim.set_physics(time_step=0.001)
-        # The robot stands beside everything that is in the world already.
+        # The robot stands next to everything that is in the world already.
         y = 10 + max((robot.pose.position[1] for robot in sim.robots.values()), default=0.0)
         ground = sim.add_plane(friction=1.0)
         cleanup.callback(ground.delete)

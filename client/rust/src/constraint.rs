@@ -1,4 +1,4 @@
-//! Constraints between links, beside the joints of their robots.
+//! Constraints between links, in addition to the joints of their robots.
 
 use simd_proto::v1::{
     ChangeConstraintRequest, Constraint, CreateConstraintRequest, DeleteConstraintRequest,
@@ -11,9 +11,8 @@ use crate::{Client, Error, client::present};
 impl Client {
     /// Connects two links. Returns the constraint's name.
     ///
-    /// # Errors
-    /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `JOINT_NOT_FOUND`, `CONSTRAINT_EXISTS`, `INVALID_VALUE`, `LIMIT_EXCEEDED`,
-    /// `ROBOT_CLAIMED`.
+    /// # Errors `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `JOINT_NOT_FOUND`, `CONSTRAINT_EXISTS`, `INVALID_VALUE`,
+    /// `LIMIT_EXCEEDED`, `ROBOT_CLAIMED`.
     pub async fn create_constraint(&self, request: CreateConstraintRequest) -> Result<String, Error> {
         Ok(self.unary(self.constraint().create_constraint(self.claimed(request))).await?.name)
     }

@@ -88,9 +88,8 @@ impl Client {
     /// Makes joints of one robot follow a trajectory. Returns once it is accepted, with its id; an event with
     /// that id reports its end.
     ///
-    /// # Errors
-    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`, `JOINT_NOT_ACTUATED`, `TARGET_BEYOND_LIMIT`, `JOINT_CLAIMED`,
-    /// `LIMIT_EXCEEDED`.
+    /// # Errors `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`, `JOINT_NOT_ACTUATED`,
+    /// `TARGET_BEYOND_LIMIT`, `JOINT_CLAIMED`, `LIMIT_EXCEEDED`.
     pub async fn follow_trajectory(
         &self,
         request: FollowTrajectoryRequest,
@@ -215,7 +214,7 @@ impl Client {
         self.watch_joint_states(WatchJointStatesRequest { selections, rate, ..Default::default() }).await
     }
 
-    /// Like [`watch`](Self::watch), with all options of the schema: newest readings of sensors beside the
+    /// Like [`watch`](Self::watch), with all options of the schema: newest readings of sensors with the
     /// states, see [`JointWatch::next_answer`].
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-// Pictures of the page beside PyBullet's and MuJoCo's, for people to compare: `make pairs`.
+// Pictures of the page next to PyBullet's and MuJoCo's, for people to compare: `make pairs`.
 import { defineConfig } from "vitest/config";
 
 export default defineConfig({

@@ -1,4 +1,4 @@
-// Recordings in the page: made, listed, played beside the world, and read by Foxglove's packages.
+// Recordings in the page: made, listed, played with the world, and read by Foxglove's packages.
 
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";

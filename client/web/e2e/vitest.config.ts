@@ -16,7 +16,7 @@ export default defineConfig({
     retry: 1,
     reporters: ["default", new Flaky()],
     testTimeout: 300_000,
-    // A browser starts slowly beside other work.
+    // A browser starts slowly while other work runs.
     hookTimeout: 300_000,
     // The page fetches the clients once a second: a poll that gives up after one would fail on a busy machine. A starved one takes half a minute
     // for what takes a second.

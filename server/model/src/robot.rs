@@ -119,7 +119,7 @@ pub struct Material {
     pub spinning_friction: Option<f64>,
     /// Stiffness of the spring at a contact point, N/m; 0 is rigid. Descriptions have none.
     pub contact_stiffness: Option<f64>,
-    /// Damping beside that spring, N s/m.
+    /// Damping in parallel with that spring, N s/m.
     pub contact_damping: Option<f64>,
 }
 

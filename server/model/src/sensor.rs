@@ -248,9 +248,10 @@ pub struct Noise {
     /// Standard deviation of the bias; at least 0.
     pub bias_standard_deviation: f64,
     /// Standard deviation of the walk after one second, at least 0. After t seconds it is `random_walk *
-    /// sqrt(t)`, while t is small beside the correlation time.
+    /// sqrt(t)`, while t is small compared with the correlation time.
     pub random_walk: f64,
-    /// Seconds after which the walk is forgotten (a first-order Gauss-Markov process), above 0. `None`: never.
+    /// Seconds after which the walk is forgotten (a first-order Gauss-Markov process), above 0. `None`:
+    /// never.
     pub correlation_time: Option<f64>,
     /// Values are whole multiples of it; 0: any. An encoder's resolution.
     pub quantum: f64,

@@ -1,5 +1,5 @@
 //! Initial state of a robot from its description: drives and positions of its joints, named states, collision
-//! filters, and constraints beside the joints. A spawn may override it.
+//! filters, and constraints in addition to the joints. A spawn may override it.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use glamx::{DPose3, DVec3};
 
 use crate::sensor::Sensor;
 
-/// Settings of a description beside its links and joints. Indices refer to the model.
+/// Settings of a description in addition to its links and joints. Indices refer to the model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setup {
     /// Joints with settings, in the order of their indices, each once.
@@ -28,7 +28,7 @@ pub struct Setup {
     pub sensors: Vec<Sensor>,
 }
 
-/// A constraint of two links, or of a link and the world, beside the tree of joints.
+/// A constraint of two links, or of a link and the world, in addition to the tree of joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkConstraint {
     /// Name in the file; empty if it has none.
@@ -105,7 +105,7 @@ pub struct JointSetup {
     pub joint: usize,
     /// Rotor inertia seen at the joint, kg m^2 or kg, at least 0.
     pub armature: f64,
-    /// Acts beside the drive of the joint.
+    /// Acts in addition to the drive of the joint.
     pub spring: Option<Spring>,
     /// rad or m; `None` for a ball joint.
     pub position: Option<f64>,
@@ -115,7 +115,7 @@ pub struct JointSetup {
     pub stiffness: Option<f64>,
     /// Default damping of targets, N m s/rad or N s/m, at least 0.
     pub damping: Option<f64>,
-    /// Whether the actuator holds the weight of the links behind the joint, beside its targets.
+    /// Whether the actuator holds the weight of the links beyond the joint, in addition to its targets.
     pub gravity_compensation: bool,
 }
 

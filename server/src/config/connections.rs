@@ -24,7 +24,7 @@ pub struct Connections {
     pub idle: Duration,
     /// Maximum time without bytes in either direction on an HTTP/1.1 connection, even while a call waits.
     pub http1_silence: Duration,
-    /// Maximum time for the body of a request to arrive, beside the time earned by
+    /// Maximum time for the body of a request to arrive, in addition to the time earned by
     /// [`Self::body_bytes_per_second`].
     pub body: Duration,
     /// Rate at which arrived bytes earn time, bytes per second.

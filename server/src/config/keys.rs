@@ -92,7 +92,7 @@ fn daemon() -> Vec<Key> {
         .example("\"/run/simd/simd.sock\""),
         Key::new(
             "allow_hosts",
-            "names by which browsers may address the daemon, beside addresses and localhost; names from all \
+            "names by which browsers may address the daemon, in addition to addresses and localhost; names from all \
              sources are added",
             Access::Texts(
                 |draft| draft.config.allow_hosts.clone(),

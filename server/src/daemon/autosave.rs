@@ -119,7 +119,7 @@ async fn save(handle: &SimHandle, path: &Path) -> Result<u64, Failed> {
 /// Locked while a file is written: the last save may begin while another one is on its way to the disk.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Writes a file beside the old one, which it replaces once it is complete on the disk. Whenever the daemon
+/// Writes a new file, which replaces the old one once it is complete on the disk. Whenever the daemon
 /// is killed, one of the two is complete.
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);

@@ -2,7 +2,7 @@
 
 use super::Error;
 
-/// Number of open files beside connections: Zenoh's, files being read, the runtime's.
+/// Number of open files other than connections: Zenoh's, files being read, the runtime's.
 const SPARE: u64 = 64;
 /// Number of open files of each thread that serves connections.
 const OF_THREAD: u64 = 4;

@@ -20,7 +20,7 @@ use simd_world::handle::RefusedUnanswered;
 /// Time for a connection that is closed for idleness to end. A client that begins a call at that moment thus
 /// knows that it must retry.
 const GRACE: Duration = Duration::from_secs(1);
-/// Maximum number of closing connections beside the served ones; the next one cuts the first.
+/// Maximum number of closing connections in addition to the served ones; the next one cuts the first.
 const CLOSING: usize = 32;
 /// Longest time between two checks for idle connections.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);

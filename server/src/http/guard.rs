@@ -53,7 +53,7 @@ fn headers(FrameAncestors(policy): FrameAncestors) -> [(HeaderName, HeaderValue)
     ]
 }
 
-/// Names by which the daemon may be addressed, beside addresses and `localhost`.
+/// Names by which the daemon may be addressed, in addition to addresses and `localhost`.
 #[derive(Clone, Debug, Default)]
 pub struct Hosts(Arc<[String]>);
 

@@ -1,4 +1,4 @@
-//! The HTTP front-end: the page in the browser and its data, beside gRPC on one port.
+//! The HTTP front-end: the page in the browser and its data, on the port of gRPC.
 //!
 //! * Here: the routes.
 //! * `guard`: access checks for browsers, and their security headers.

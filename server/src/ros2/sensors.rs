@@ -110,7 +110,7 @@ impl SensorTopic {
     }
 }
 
-/// Returns the data of a sensor's messages beside its readings.
+/// Returns the data of a sensor's messages in addition to its readings.
 pub(super) fn shape(sensor: &WorldSensor, robot: &Robot) -> SensorShape {
     let frame = robot.sensor_frame(&sensor.definition.name);
     SensorShape::new(sensor, &robot.entity, frame, |link| robot.link_frame(link))

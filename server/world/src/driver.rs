@@ -194,17 +194,20 @@ fn warn_of_starvation(threads: usize, real_time: &RealTime) {
     }
 }
 
-/// Gives the world other threads beside the calling physics thread.
+/// Gives the world threads in addition to the calling physics thread.
 fn lend_threads(world: &mut impl World, config: Config) {
     let count = step_threads::count(config.step_threads, &config.real_time);
     match StepThreads::start(count, config.real_time) {
         Ok(Some(threads)) => {
-            tracing::debug!(threads = threads.count(), "steps may use threads beside the physics thread");
+            tracing::debug!(
+                threads = threads.count(),
+                "steps may use threads in addition to the physics thread"
+            );
             warn_of_starvation(threads.count(), &config.real_time);
             world.set_pool(threads);
         }
         Ok(None) => {}
-        Err(error) => tracing::warn!(%error, "steps use the physics thread alone"),
+        Err(error) => tracing::warn!(%error, "steps use only the physics thread"),
     }
 }
 

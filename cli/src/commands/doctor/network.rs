@@ -37,7 +37,8 @@ pub(super) async fn daemon(endpoint: &str, options: &ConnectOptions, token: Opti
     seen
 }
 
-/// Checks the network beside a daemon that was reached over gRPC. Without a locator, no network is required.
+/// Checks the Zenoh network of a daemon that was reached over gRPC. Without a locator, no network is
+/// required.
 pub(super) async fn beside(
     locator: Option<&str>,
     options: &ConnectOptions,

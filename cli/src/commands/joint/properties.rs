@@ -30,8 +30,8 @@ pub(crate) struct Properties {
     /// Rotor inertia seen at the joint, kg m^2 or kg
     #[arg(long, value_name = "INERTIA", allow_negative_numbers = true)]
     armature: Option<f64>,
-    /// Spring beside the actuator: stiffness, N m/rad or N/m, and rest position, rad or m; stiffness 0
-    /// removes it
+    /// Spring in addition to the actuator: stiffness, N m/rad or N/m, and rest position, rad or m; stiffness
+    /// 0 removes it
     #[arg(long, value_names = ["STIFFNESS", "REST"], num_args = 2, allow_negative_numbers = true)]
     spring: Option<Vec<f64>>,
     /// Default stiffness and damping of targets, N m/rad and N m s/rad or N/m and N s/m

@@ -54,7 +54,7 @@ pub(super) async fn resolved(
             }
         }
     }
-    // A joint that is given beside a state overrides it.
+    // A joint that is given in addition to a state overrides it.
     let mut last: BTreeMap<String, usize> = BTreeMap::new();
     for (index, target) in targets.iter().enumerate().filter(|_| !known.is_empty()) {
         last.insert(target.joint.clone(), index);

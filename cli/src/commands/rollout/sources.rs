@@ -171,7 +171,7 @@ mod tests {
     use super::*;
     use crate::commands::{Arguments, Command};
 
-    /// Returns the sources of a rollout with two options of each kind, and documents beside them.
+    /// Returns the sources of a rollout with two options of each kind, and documents in addition.
     fn sources() -> Sources {
         let line = "simctl rollout arm tried.csv --goal elbow=1 --effort-weight 1 --costs costs.json \
                     --vary gains=0..1 --variations varied.json --copies 2";

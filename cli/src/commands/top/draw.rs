@@ -21,7 +21,7 @@ use super::{
 const KEYS: &str = "q end  up/down choose  tab robots  s sort  p pause/play";
 /// Minimum height of a screen with details; below it, only worlds are shown.
 const MIN_WITH_DETAILS: u16 = 9;
-/// Minimum width of a screen with clients beside its robots.
+/// Minimum width of a screen with clients next to its robots.
 const MIN_WITH_CLIENTS: u16 = 100;
 const CLIENTS_WIDTH: u16 = 48;
 

@@ -144,7 +144,8 @@ fn light_view(scene: &Scene) -> Option<LightView> {
         let (center, radius) = ball_of(item, &light_from_world);
         (least, most) = (least.min(center - radius), most.max(center + radius));
     }
-    // Light falls along z: shadows beside the visible region do not matter, but casters may be at any height.
+    // Light falls along z: shadows outside of the visible region do not matter, but casters may be at any
+    // height.
     if let Some((seen_least, seen_most)) = seen(scene, &light_from_world) {
         least = seen_least.with_z(least.z).max(least);
         most = seen_most.with_z(most.z).min(most);

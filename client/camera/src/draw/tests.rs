@@ -111,7 +111,7 @@ fn depth_is_along_the_axis_and_the_nearer_surface_is_seen() {
         assert_eq!(id(&picture, x, 5), 1);
     }
     assert_eq!(id(&picture, 32, 32), 2);
-    // The middle of the pixel is half a pixel beside the axis: the ray's angle is atan(1 / 64) both ways.
+    // The middle of the pixel is half a pixel off the axis: the ray's angle is atan(1 / 64) both ways.
     let sine = 2.0_f64.sqrt() / 64.0;
     assert!((depth(&picture, 32, 32) - 3.0).abs() < 16.0 * sine * sine + 2e-4);
 }

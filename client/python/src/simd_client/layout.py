@@ -114,7 +114,7 @@ class Gains:
 
 @dataclass(frozen=True)
 class JointSpring:
-    """A spring beside the actuator of a joint of one axis: effort = stiffness (rest - position)."""
+    """A spring in addition to the actuator of a joint of one axis: effort = stiffness (rest - position)."""
 
     stiffness: float
     """N m/rad or N/m; 0 means no spring."""
@@ -153,7 +153,7 @@ class JointInfo:
     armature: float
     """Rotor inertia seen at the joint, kg m^2 or kg."""
     spring: JointSpring | None
-    """A spring beside the actuator; `None` without one."""
+    """A spring in addition to the actuator; `None` without one."""
     mimic: Mimic | None
     mode: JointMode
     gains: Gains

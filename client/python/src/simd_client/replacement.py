@@ -11,7 +11,7 @@ _numbers = itertools.count()
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Writes a file beside the one at the path, and replaces that one once all of it is on the disk. If the
+    """Writes a temporary file in the same folder, and renames it to the path once all of it is on the disk. If the
     program is killed meanwhile, or the disk is full, the old file remains. The new file keeps the owner and
     the permissions, and a link keeps its target. Some paths are written in place: special files such as
     pipes, and targets of standard streams. So are writable files in folders that refuse a file with the same

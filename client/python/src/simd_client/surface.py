@@ -32,7 +32,7 @@ class Surface:
     contact_stiffness: float | None = None
     """Stiffness of the spring at each contact point, N/m; 0 is rigid. `None` as for friction."""
     contact_damping: float | None = None
-    """Damping beside that spring, N s/m. `None` as for friction."""
+    """Damping in parallel with that spring, N s/m. `None` as for friction."""
     linear_damping: float | None = None
     """Damping k of the link's own motion, 1/s: a mass m that moves at v gets the force -m k v (1 + |v|). `None` does not
     change it."""

@@ -1,4 +1,4 @@
-"""Spherical joints beside PyBullet's own."""
+"""Spherical joints compared with PyBullet's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MJCF files for Bullet's reader, beside PyBullet: those of `pybullet_envs`."""
+"""MJCF files for Bullet's reader, compared with PyBullet: those of `pybullet_envs`."""
 
 from __future__ import annotations
 

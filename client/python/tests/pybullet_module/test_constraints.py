@@ -1,4 +1,4 @@
-"""Constraints between links, beside PyBullet's own."""
+"""Constraints between links, compared with PyBullet's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Meshes that are divided into convex parts, beside PyBullet."""
+"""Meshes that are divided into convex parts, compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects of changeDynamics and resetJointStatesMultiDof on joints, beside PyBullet."""
+"""Effects of changeDynamics and resetJointStatesMultiDof on joints, compared with PyBullet."""
 
 from __future__ import annotations
 

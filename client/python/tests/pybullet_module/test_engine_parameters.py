@@ -1,4 +1,4 @@
-"""setPhysicsEngineParameter, and motors in substeps, beside PyBullet."""
+"""setPhysicsEngineParameter, and motors in substeps, compared with PyBullet."""
 
 from __future__ import annotations
 

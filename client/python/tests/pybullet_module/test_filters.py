@@ -1,4 +1,4 @@
-"""Collision filtering beside PyBullet: which bodies fall through others, and which links of one body
+"""Collision filtering compared with PyBullet: which bodies fall through others, and which links of one body
 touch."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Masses and inertias of loaded robots, beside PyBullet, which computes the inertias of most files from their
+"""Masses and inertias of loaded robots, compared with PyBullet, which computes the inertias of most files from their
 shapes."""
 
 from __future__ import annotations

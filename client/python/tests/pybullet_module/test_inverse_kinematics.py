@@ -1,4 +1,4 @@
-"""Several links brought to positions at once, beside PyBullet."""
+"""Several links brought to positions at once, compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""State that a script keeps in its own process, and worlds in files, beside PyBullet."""
+"""State that a script keeps in its own process, and worlds in files, compared with PyBullet."""
 
 from __future__ import annotations
 

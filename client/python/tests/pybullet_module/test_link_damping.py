@@ -1,4 +1,4 @@
-"""Damping of links beside PyBullet, whose articulated bodies have 0.04 per second until changeDynamics."""
+"""Damping of links compared with PyBullet, whose articulated bodies have 0.04 per second until changeDynamics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flags of loadURDF that change the description, beside PyBullet."""
+"""Flags of loadURDF that change the description, compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Matrices and efforts of free robots with spherical joints beside PyBullet, in the coordinates of DeepMimic's controllers."""
+"""Matrices and efforts of free robots with spherical joints compared with PyBullet, in the coordinates of DeepMimic's controllers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that change only positions and velocities, as in loops, beside the same commands to a robot for
+"""Commands that change only positions and velocities, as in loops, compared with the same commands to a robot for
 which each is new."""
 
 from __future__ import annotations

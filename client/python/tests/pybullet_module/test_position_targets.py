@@ -1,4 +1,4 @@
-"""Position targets move joints like PyBullet's: the same trajectory beside the real one, within the script's
+"""Position targets move joints like PyBullet's: the same trajectory as the real one's, within the script's
 force."""
 
 from __future__ import annotations

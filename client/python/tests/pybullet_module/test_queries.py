@@ -1,4 +1,4 @@
-"""Distances and rays, field by field beside PyBullet."""
+"""Distances and rays, field by field compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Restored properties of a saved state, and kept settings of the script, beside PyBullet."""
+"""Restored properties of a saved state, and kept settings of the script, compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes of bodies, the boxes around them and meshes, beside PyBullet."""
+"""Shapes of bodies, the boxes around them and meshes, compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Models of SDF files, beside PyBullet."""
+"""Models of SDF files, compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -238,7 +238,7 @@ def test_after_a_restored_state_a_motor_has_its_friction_again(daemon: DaemonPro
             return other.robots["bench_arm"].layout.joints[0].friction
 
     def brake() -> None:
-        """A motor that brakes beside a torque is friction."""
+        """A motor that brakes in addition to a torque is friction."""
         p.setJointMotorControl2(arm, 0, p.VELOCITY_CONTROL, force=3.0)
         p.setJointMotorControl2(arm, 0, p.TORQUE_CONTROL, force=1.0)
         p.stepSimulation()

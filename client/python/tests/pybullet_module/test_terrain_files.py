@@ -1,4 +1,4 @@
-"""Height fields from pictures and tables, and height fields with new heights, beside PyBullet."""
+"""Height fields from pictures and tables, and height fields with new heights, compared with PyBullet."""
 
 from __future__ import annotations
 

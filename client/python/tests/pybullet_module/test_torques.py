@@ -1,4 +1,4 @@
-"""Torques of a script and its motors: in one step, beside each other, and from a thread other than the
+"""Torques of a script and its motors: in one step, together, and from a thread other than the
 stepping one."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A ball in a valley that is a concave mesh or a height field: contacts, rays and shapes, field by field beside PyBullet."""
+"""A ball in a valley that is a concave mesh or a height field: contacts, rays and shapes, field by field compared with PyBullet."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ struct StateWatch {
     headers: Arc<str>,
     ticks: Interval,
     selections: Vec<JointSelection>,
-    /// Sensors whose newest readings come beside the states.
+    /// Sensors whose newest readings come with the states.
     sensors: Vec<SensorSelection>,
     /// Session that was asked before.
     daemon: Option<ZenohId>,
@@ -297,7 +297,7 @@ struct Control {
     requests: Streaming<Bytes>,
     headers: Arc<str>,
     selections: Vec<JointSelection>,
-    /// Sensors whose newest readings come beside the states.
+    /// Sensors whose newest readings come with the states.
     sensors: Vec<SensorSelection>,
     /// Session that was asked before.
     daemon: Option<ZenohId>,

@@ -8,7 +8,7 @@ export interface Actuator {
   damping?: number;
   /** Inertia of the rotor as felt at the joint; 0 means none. */
   armature: number;
-  /** Stiffness of a spring beside the actuator; absent without one. */
+  /** Stiffness of a spring in addition to the actuator; absent without one. */
   spring?: number;
   /** Whether the actuator compensates the weight that the joint carries. */
   gravityCompensation: boolean;

@@ -68,7 +68,7 @@ export function takeOut(name: string): Promise<unknown> {
   });
 }
 
-/** Loads the same robot once more, beside all others. */
+/** Loads the same robot once more, next to all others. */
 export function duplicate(name: string): Promise<string | undefined> {
   return attempt(async () => {
     const request = await requestOf(name);

@@ -11,7 +11,7 @@ export function CameraPicture({ robot, sensor }: { robot: string; sensor: string
   useEffect(() => {
     const end = followPicture(robot, sensor, (picture, problem) => {
       setSaid(picture ? `at ${picture.time.toFixed(3)} s` : problem);
-      // An old picture is not shown beside a world that has moved since.
+      // An old picture is not shown with a world that has moved since.
       keepPicture(sensor, picture);
       const element = canvas.current;
       if (!element || !picture) return;

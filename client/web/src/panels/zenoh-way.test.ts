@@ -4,7 +4,7 @@ import { wayOf } from "./zenoh-way";
 
 const ways = (zenoh: readonly string[], routers: readonly string[] = []): object => ({ name: "lab", version: "1", zenoh, routers });
 
-test("a program beside the daemon takes the address at which Zenoh listens, and that of its protocol first", () => {
+test("a program on the daemon's machine takes the address at which Zenoh listens, and that of its protocol first", () => {
   expect(wayOf(ways(["tcp/127.0.0.1:7447"]), "127.0.0.1", false)).toEqual({ kind: "reached", locator: "tcp/127.0.0.1:7447" });
   expect(wayOf(ways(["tcp/127.0.0.1:7447", "tls/127.0.0.1:7448"]), "localhost", true)).toEqual({ kind: "reached", locator: "tls/127.0.0.1:7448" });
   expect(wayOf(ways(["tcp/0.0.0.0:7447"]), "[::1]", false)).toEqual({ kind: "reached", locator: "tcp/[::1]:7447" });

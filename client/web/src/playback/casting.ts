@@ -12,7 +12,7 @@ export class Casting {
 
   constructor(private readonly timeline: Timeline) {}
 
-  /** Returns the ghosts that are drawn for a state beside these live robots. */
+  /** Returns the ghosts that are drawn for a state together with these live robots. */
   ghosts(state: RecordedState, live: ReadonlyMap<string, RobotScene>): Ghosts {
     if (live !== this.live) this.chosen = new Map();
     this.live = live;

@@ -30,7 +30,7 @@ const span = computed(() => (SPANS.includes(plotSpan.value) ? plotSpan.value : 1
 const zoom = signal<Extent | null>(null);
 /** Copy that is shown while the plots are paused; the recorder continues. */
 const paused = signal<Samples | null>(null);
-/** Copy of the series beside joints, shown while the plots are paused. */
+/** Copy of the series other than joints, shown while the plots are paused. */
 const pausedSeries = signal<Samples | null>(null);
 /** The quantity that is shown on a narrow page. */
 const front = signal<Quantity>("position");

@@ -1,4 +1,4 @@
-// Quantities that can be plotted beside joints: positions and speeds of links, contact forces, readings of sensors, parameters
+// Quantities that can be plotted in addition to joints: positions and speeds of links, contact forces, readings of sensors, parameters
 // and statistics.
 import { computed } from "@preact/signals";
 import { shownRobot } from "../panels/shown-robot";

@@ -17,7 +17,7 @@ const LOW_PIXEL_RATIO = 1;
 const COARSE = 0.5;
 /** Number of pictures after which slowness is known: it is visible at once. */
 const FEW = 6;
-/** Intensity of the room's light, beside the sun and the sky. */
+/** Intensity of the room's light, in addition to the sun and the sky. */
 const ROOM_INTENSITY = 0.26;
 
 /** Applies a quality to the scene. */

@@ -1,4 +1,4 @@
-// Drawings of programs beside the world: lines, points and texts. One call of WebGL draws each batch of one link and one width.
+// Drawings of programs in addition to the world: lines, points and texts. One call of WebGL draws each batch of one link and one width.
 import {
   BufferGeometry,
   CanvasTexture,

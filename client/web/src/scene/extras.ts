@@ -1,4 +1,4 @@
-// Parts of the picture beside robots and their marks: handles, points of lidars, and camera pictures.
+// Parts of the picture other than robots and their marks: handles, points of lidars, and camera pictures.
 import { CameraPictures } from "./camera-pictures";
 import { Handles, type HandleScene } from "./handles";
 import { LidarPoints } from "./lidar-points";

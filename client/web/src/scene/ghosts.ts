@@ -1,4 +1,4 @@
-// Robots of a recording: translucent beside the live ones, or opaque if those are hidden.
+// Robots of a recording: translucent next to the live ones, or opaque if those are hidden.
 import { Box3, Group } from "three";
 import type { Ghosts } from "../state/playback";
 import type { MeshCache } from "./mesh-cache";

@@ -5,7 +5,7 @@ import type { Palette } from "./palette";
 /** Direction to the directional light: above, in front, a little to the left. */
 const SUN = new Vector3(1.2, 0.5, 2.4).normalize();
 const SHADOW_PIXELS = 2048;
-/** The share of the sky's light that remains beside the light of a room. */
+/** The share of the sky's light that remains in addition to the light of a room. */
 const BESIDE_ROOM = 0.5;
 /**
  * Relative change of the visible size or position after which the shadow is fitted again. Fitting at each step would

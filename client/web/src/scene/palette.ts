@@ -47,7 +47,7 @@ export const COLLISION = 0x2fae74;
 export const MISSING = 0xd9822b;
 export const PULL = 0x2f7fd6;
 export const CONTACT = 0xd94f3d;
-/** Robots of a recording beside the live ones. */
+/** Robots of a recording next to the live ones. */
 export const GHOST = 0x7c5cff;
 /** Axes of turning joints, and of sliding joints. */
 export const TURNS = 0x0e9fb5;

@@ -1,4 +1,4 @@
-// Constraints between links, beside the joints of their robots.
+// Constraints between links, in addition to the joints of their robots.
 import { signal } from "@preact/signals";
 import type { Pose, Vector } from "./scene";
 

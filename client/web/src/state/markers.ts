@@ -1,4 +1,4 @@
-// Drawings of programs beside the world.
+// Drawings of programs in addition to the world.
 import { signal } from "@preact/signals";
 import type { Vector } from "./scene";
 

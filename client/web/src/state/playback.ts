@@ -1,4 +1,4 @@
-// The shown recording, if any: the robots that are drawn beside the world.
+// The shown recording, if any: the robots that are drawn in addition to the world.
 import { signal } from "@preact/signals";
 import type { PlaybackModule } from "../playback";
 import type { Player } from "../playback/player";

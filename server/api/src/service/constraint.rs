@@ -1,4 +1,4 @@
-//! The constraint service: constraints between links, beside the joints of their robots.
+//! The constraint service: constraints between links, in addition to the joints of their robots.
 
 use crate::service::status::OrStatus as _;
 use simd_core::{Command, Reply};

@@ -219,9 +219,9 @@ impl FacetContact {
         }));
     }
 
-    /// Moves the points of a lying cylinder to its line of contact with a face, and drops those beside it.
+    /// Moves the points of a lying cylinder to its line of contact with a face, and drops the others.
     ///
-    /// Points beside it come from neighbours of the triangle below. They would stop a cylinder that rolls
+    /// Points off this line come from neighbours of the triangle below. They would stop a cylinder that rolls
     /// over an edge as it comes down there. Clipping finds the others to 1e-7 m, and a wheel would drift off
     /// its line by that.
     fn roll_on_line(&mut self, shape: &dyn Shape, surface_from_shape: &DPose3) {

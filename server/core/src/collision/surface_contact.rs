@@ -1,8 +1,9 @@
-//! Contacts of two moving surfaces of triangles: links of one robot whose convex hulls overlap while their meshes are apart.
+//! Contacts of two moving surfaces of triangles: links of one robot whose convex hulls overlap while their
+//! meshes are apart.
 //!
-//! A contact holds the two surfaces [`SHELL`] apart. So they do not cross, and each contact has the direction between two nearest points;
-//! surfaces that cross have no such points. If a fast motion still makes them cross, they are moved along the direction in which their common
-//! volume shrinks fastest.
+//! A contact holds the two surfaces [`SHELL`] apart. So they do not cross, and each contact has the direction
+//! between two nearest points; surfaces that cross have no such points. If a fast motion still makes them
+//! cross, they are moved along the direction in which their common volume shrinks fastest.
 
 use glamx::{DPose3, DVec3};
 
@@ -14,10 +15,12 @@ use super::triangle_tree::{TreeScratch, TriangleTree};
 /// Surfaces that touch are held this far apart, metres.
 pub(super) const SHELL: f64 = 5e-4;
 
-/// Pairs of near points of two surfaces that are looked at. Surfaces that lie flat on each other may have more: then the first ones count.
+/// Pairs of near points of two surfaces that are looked at. Surfaces that lie flat on each other may have
+/// more: then the first ones count.
 const MAX_NEAR_PAIRS: usize = 512;
 
-/// Near points are a contact if neither has a nearer one on the other surface, but for this part of their distance.
+/// Near points are a contact if neither has a nearer one on the other surface, but for this part of their
+/// distance.
 const NEARER: f64 = 0.05;
 
 /// Minimum of that difference, metres.
@@ -46,7 +49,8 @@ pub(super) struct SurfaceContact {
 }
 
 impl SurfaceContact {
-    /// How far two surfaces are apart, metres: 0 where they cross. If that is more than `exact`, a bound below it.
+    /// How far two surfaces are apart, metres: 0 where they cross. If that is more than `exact`, a bound
+    /// below it.
     pub(super) fn distance(&mut self, trees: [&TriangleTree; 2], a_from_b: &DPose3, exact: f64) -> f64 {
         let mut least = f64::INFINITY;
         let bound = |least: f64| least.min(exact.max(BOUND * least));
@@ -60,8 +64,8 @@ impl SurfaceContact {
         bound(least)
     }
 
-    /// Returns points where two surfaces are nearer than `within` beside [`SHELL`]. A point of each surface is in that
-    /// surface's axes. `None` if they cross and have no direction out.
+    /// Returns points where two surfaces are nearer than `within` plus [`SHELL`]. A point of each surface is
+    /// in that surface's axes. `None` if they cross and have no direction out.
     pub(super) fn find(
         &mut self,
         trees @ [a, b]: [&TriangleTree; 2],
@@ -141,8 +145,8 @@ impl SurfaceContact {
     }
 }
 
-/// Returns a point in the middle of the line in which surfaces cross, and the direction in which their common volume
-/// shrinks fastest. The direction is the area vector of the first surface inside the second one.
+/// Returns a point in the middle of the line in which surfaces cross, and the direction in which their common
+/// volume shrinks fastest. The direction is the area vector of the first surface inside the second one.
 fn way_out(lines: &[[DVec3; 2]], area: DVec3) -> Option<FacetPoint> {
     let length: f64 = lines.iter().map(|[p, q]| p.distance(*q)).sum();
     let middle = lines.iter().map(|[p, q]| p.midpoint(*q) * p.distance(*q)).sum::<DVec3>() / length;

@@ -26,22 +26,22 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// History that leapfrog may use after an actuator of this mode gets a target of the next mode. An effort acts
-    /// unchanged in this step and the next. The response to another target may be a jump.
+    /// History that leapfrog may use after an actuator of this mode gets a target of the next mode. An effort
+    /// acts unchanged in this step and the next. The response to another target may be a jump.
     pub(super) fn history_after(self, next: Self) -> History {
         if self == Self::Effort && next == Self::Effort { History::Kinked } else { History::Interrupted }
     }
 }
 
-/// Default stiffness over composite inertia, as an angular frequency, rad/s. The static error under gravity is then
-/// below 1 mrad on common robots.
+/// Default stiffness over composite inertia, as an angular frequency, rad/s. The static error under gravity
+/// is then below 1 mrad on common robots.
 pub const DEFAULT_BANDWIDTH: f64 = 300.0;
 
 /// Velocity damping over composite inertia by time step: static error under 0.1 %.
 pub const DEFAULT_VELOCITY_GAIN: f64 = 1000.0;
 
-/// Part of a joint's effort limit that its setpoint uses to accelerate and brake. The rest is for gravity and for the
-/// effect of other joints.
+/// Part of a joint's effort limit that its setpoint uses to accelerate and brake. The rest is for gravity and
+/// for the effect of other joints.
 pub const PROFILE_EFFORT: f64 = 0.5;
 
 /// Part of its limit below which a saturated actuator is released.
@@ -71,7 +71,7 @@ pub struct AxisSettings {
     pub friction: f64,
     /// Rotor inertia seen at the joint, kg m^2 or kg.
     pub armature: f64,
-    /// N m/rad or N/m, of a spring beside the actuator.
+    /// N m/rad or N/m, of a spring in addition to the actuator.
     pub spring_stiffness: f64,
     /// Position at which the spring exerts no effort, rad or m.
     pub spring_rest: f64,
@@ -83,9 +83,11 @@ pub struct AxisSettings {
     pub default_damping: f64,
     /// Damping of velocity targets that give none. Without it, it is that for the time step.
     pub velocity_damping: Option<f64>,
-    /// Whether position targets act at once, within the limit of velocity. Otherwise the setpoint follows a profile.
+    /// Whether position targets act at once, within the limit of velocity. Otherwise the setpoint follows a
+    /// profile.
     pub is_direct: bool,
-    /// Whether position, velocity and hold targets get the effort that holds the links behind the joint against gravity.
+    /// Whether position, velocity and hold targets get the effort that holds the links behind the joint
+    /// against gravity.
     pub gravity_compensation: bool,
     /// M_ii at the spawn pose, with armature. It sets the default gains.
     pub composite_inertia: f64,
@@ -102,14 +104,14 @@ pub struct Actuator {
     pub velocity: f64,
     /// In position mode; `None` is the joint's default.
     pub stiffness: Option<f64>,
-    /// In position and velocity mode; `None` is the joint's default. In velocity mode this may be that for the time
-    /// step.
+    /// In position and velocity mode; `None` is the joint's default. In velocity mode this may be that for
+    /// the time step.
     pub damping: Option<f64>,
     /// Added to the effort.
     pub feed_forward: f64,
-    /// Maximum effort for this target, beside the joint's limit.
+    /// Maximum effort for this target, in addition to the joint's limit.
     pub max_effort: Option<f64>,
-    /// Maximum velocity of the setpoint, beside the joint's limit.
+    /// Maximum velocity of the setpoint, in addition to the joint's limit.
     pub max_velocity: Option<f64>,
     /// Position that the setpoint has reached on its way to the target; see [`Axis::advance_setpoint`].
     pub setpoint: f64,
@@ -124,13 +126,15 @@ pub struct Actuator {
 pub struct Servo {
     /// Velocity for an error of the position, 1/s.
     pub gain: f64,
-    /// Part of the free velocity that the joint keeps. The free velocity is the one after the step without actuators.
+    /// Part of the free velocity that the joint keeps. The free velocity is the one after the step without
+    /// actuators.
     pub slip: f64,
 }
 
 /// The law of an actuator over one step: effort = kp (target - q') + kd (velocity - qd') + feed forward.
 ///
-/// An [`Implicitness`] gives q' and qd'. For backward Euler they are q + h qd+ and qd+, with qd+ the new velocity.
+/// An [`Implicitness`] gives q' and qd'. For backward Euler they are q + h qd+ and qd+, with qd+ the new
+/// velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drive<R: Real = f64, Saturated = Option<f64>> {
     /// kp.
@@ -145,8 +149,8 @@ pub struct Drive<R: Real = f64, Saturated = Option<f64>> {
     pub feed_forward: R,
     /// Maximum effort.
     pub limit: R,
-    /// Effort that replaces the law: the limit with its sign, if the solved effort would exceed it. In a step that does
-    /// not find which actuators saturate, it is the effort of the weakened law.
+    /// Effort that replaces the law: the limit with its sign, if the solved effort would exceed it. In a step
+    /// that does not find which actuators saturate, it is the effort of the weakened law.
     pub saturated: Saturated,
 }
 
@@ -192,7 +196,7 @@ impl<R: Real> OwnForces<R> {
         self.armature + h * at.damper() * self.damping + h * h * at.spring_after() * self.spring_stiffness
     }
 
-    /// Effort of the damper and the spring at unchanged velocity, beside their contribution to D.
+    /// Effort of the damper and the spring at unchanged velocity, without their contribution to D.
     #[inline(always)]
     pub fn steady_effort(&self, q: R, velocity: R, h: R, at: Implicitness<R>) -> R {
         self.spring_stiffness * (self.spring_rest - q - h * at.spring_ahead() * velocity)
@@ -242,11 +246,11 @@ impl Axis {
         }
     }
 
-    /// Returns the velocity that a servo aims at over a step from the position `q`; `None` without a servo. `free` is
-    /// the velocity after the step without actuators.
+    /// Returns the velocity that a servo aims at over a step from the position `q`; `None` without a servo.
+    /// `free` is the velocity after the step without actuators.
     ///
-    /// A servo in front of a stiff damper is a constraint on the new velocity. The effort limit bounds its impulse. Bullet's
-    /// joint motor is the same (`btMultiBodyJointMotor`).
+    /// A servo in front of a stiff damper is a constraint on the new velocity. The effort limit bounds its
+    /// impulse. Bullet's joint motor is the same (`btMultiBodyJointMotor`).
     pub fn asked_velocity(&self, q: f64, free: f64) -> Option<f64> {
         let Actuator { mode, target, velocity, max_velocity, servo, .. } = self.actuator;
         let Servo { gain, slip } = servo?;
@@ -263,11 +267,13 @@ impl Axis {
 
     /// Moves the setpoint by one step of `h` towards the target, along a trapezoidal velocity profile.
     ///
-    /// The profile keeps the joint's velocity limit. Unless targets act at once, it accelerates and brakes with [`PROFILE_EFFORT`] of the effort limit over
-    /// the composite inertia. Without those limits the setpoint is at the target at once.
+    /// The profile keeps the joint's velocity limit. Unless targets act at once, it accelerates and brakes
+    /// with [`PROFILE_EFFORT`] of the effort limit over the composite inertia. Without those limits the
+    /// setpoint is at the target at once.
     ///
-    /// A stiff spring whose effort saturates all the way is a relay: it would swing around the target for seconds. The damper
-    /// does not pull along with the setpoint. The joint follows 2 / bandwidth seconds behind, and never passes its velocity.
+    /// A stiff spring whose effort saturates all the way is a relay: it would swing around the target for
+    /// seconds. The damper does not pull along with the setpoint. The joint follows 2 / bandwidth seconds
+    /// behind, and never passes its velocity.
     pub fn advance_setpoint(&mut self, h: f64) {
         if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) || self.actuator.servo.is_some() {
             return;
@@ -287,9 +293,9 @@ impl Axis {
 
     /// Anti-windup by back-calculation, at the end of a step with the law `drive` and the new velocity `qd`.
     ///
-    /// If `law` exceeds the limit, moves the setpoint to where the law asks for the limit. A joint that a stronger force carried
-    /// off is braked with its whole effort, and then moves back along a profile. With its setpoint at the target it would swing.
-    /// A blocked joint continues to push with its limit.
+    /// If `law` exceeds the limit, moves the setpoint to where the law asks for the limit. A joint that a
+    /// stronger force carried off is braked with its whole effort, and then moves back along a profile. With
+    /// its setpoint at the target it would swing. A blocked joint continues to push with its limit.
     pub fn anti_windup(&mut self, drive: &Drive, law: f64, qd: f64) {
         let has_setpoint = matches!(self.actuator.mode, Mode::Position | Mode::Hold);
         if has_setpoint && drive.stiffness > 0.0 && law.abs() > drive.limit {
@@ -305,8 +311,8 @@ impl Axis {
     }
 }
 
-/// Returns the setpoint and its velocity after a step towards a target that it has not reached. `hardest` bounds its
-/// acceleration, and `fastest` its velocity.
+/// Returns the setpoint and its velocity after a step towards a target that it has not reached. `hardest`
+/// bounds its acceleration, and `fastest` its velocity.
 #[inline(always)]
 pub(super) fn advance_profile<R: Real>(
     (setpoint, velocity): (R, R),
@@ -338,11 +344,11 @@ fn least(one: Option<f64>, other: Option<f64>) -> f64 {
 }
 
 impl Drive {
-    /// Decides whether the actuator saturates, given the effort of the law under the last decision. Returns whether the
-    /// decision changed.
+    /// Decides whether the actuator saturates, given the effort of the law under the last decision. Returns
+    /// whether the decision changed.
     ///
-    /// A saturated actuator stays so while the law would exceed the limit on that side. After the first round a slightly smaller
-    /// effort suffices, so that rounding does not release it.
+    /// A saturated actuator stays so while the law would exceed the limit on that side. After the first round
+    /// a slightly smaller effort suffices, so that rounding does not release it.
     pub fn saturate(&mut self, law: f64, is_first: bool) -> bool {
         let least = if is_first { self.limit } else { self.limit * NEARLY };
         let next = match self.saturated {
@@ -355,13 +361,14 @@ impl Drive {
         changed
     }
 
-    /// Scales the gains, of which `part` is left. At the velocities where the law asked for `law`, it then asks for at most
-    /// the limit. Returns whether the gains changed by more than [`SETTLED`].
+    /// Scales the gains, of which `part` is left. At the velocities where the law asked for `law`, it then
+    /// asks for at most the limit. Returns whether the gains changed by more than [`SETTLED`].
     ///
-    /// The power of a bounded effort is Huber's function, which continues in a straight line. A parabola that touches it from
-    /// above at the last velocities has this law. So each round lowers one common function, however many actuators saturate
-    /// (iteratively reweighted least squares: Huber, "Robust Statistics" (1981), section 7.8). After any round the actuator pulls
-    /// towards its target, while a constant effort may push away from it.
+    /// The power of a bounded effort is Huber's function, which continues in a straight line. A parabola that
+    /// touches it from above at the last velocities has this law. So each round lowers one common function,
+    /// however many actuators saturate (iteratively reweighted least squares: Huber, "Robust Statistics"
+    /// (1981), section 7.8). After any round the actuator pulls towards its target, while a constant effort
+    /// may push away from it.
     ///
     /// With `less`, gains only decrease, and do so faster, to keep to the limit in the remaining rounds.
     pub fn weaken(&mut self, law: f64, less: bool, part: &mut f64) -> bool {
@@ -398,8 +405,8 @@ impl Drive {
         }
     }
 
-    /// Returns the effort over a step of `h` from `q` in which the velocity changes from `before` to `after`; the limit if
-    /// saturated.
+    /// Returns the effort over a step of `h` from `q` in which the velocity changes from `before` to `after`;
+    /// the limit if saturated.
     pub fn effort(&self, q: f64, velocities: [f64; 2], h: f64, at: Implicitness) -> f64 {
         self.saturated.unwrap_or_else(|| self.law(q, velocities, h, at).clamp(-self.limit, self.limit))
     }
@@ -441,8 +448,8 @@ impl<R: Real, Saturated> Drive<R, Saturated> {
         h * self.damping + h * h * self.stiffness
     }
 
-    /// Returns the implicitness of all forces, the implicitness of the law alone, and the two numbers of D = first / second.
-    /// In leapfrog each joint has a separate implicitness, by its D without them.
+    /// Returns the implicitness of all forces, the implicitness of the law alone, and the two numbers of D =
+    /// first / second. In leapfrog each joint has a separate implicitness, by its D without them.
     #[inline(always)]
     pub(super) fn resist(
         &self,

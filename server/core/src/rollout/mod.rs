@@ -14,7 +14,7 @@
 //!
 //! A copy is the world itself: its steps are [`Simulation::step`], and its inputs are commands. It therefore
 //! ends where the world would, to the bit. A copy depends only on the state, the request and its number: not
-//! on the copies beside it, nor on the thread.
+//! on other copies, nor on the thread.
 
 mod batch;
 mod controls;

@@ -41,8 +41,8 @@ pub struct JointSettings {
     pub friction: f64,
     /// Armature, kg m^2 or kg.
     pub armature: f64,
-    /// Stiffness of a spring beside the actuator, N m/rad or N/m, and its rest position, rad or m. Stiffness
-    /// 0 means that there is none.
+    /// Stiffness of a spring in addition to the actuator, N m/rad or N/m, and its rest position, rad or m.
+    /// Stiffness 0 means that there is none.
     pub spring: (f64, f64),
     /// Stiffness and damping of targets that have none.
     pub default_gains: (f64, f64),

@@ -1,7 +1,7 @@
 //! State of a world: the data that a save copies, a fingerprint reads and a file carries.
 //!
-//! Descriptions of robots (model, shapes, tree) are immutable and shared beside it; intermediate results of a
-//! step are scratch. Claims are agreements between clients, and not state of the world.
+//! Descriptions of robots (model, shapes, tree) are immutable, shared, and not part of it; intermediate
+//! results of a step are scratch. Claims are agreements between clients, and not state of the world.
 
 use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;

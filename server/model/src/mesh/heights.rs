@@ -14,7 +14,7 @@ use super::{Content, shown};
 use crate::limits;
 use crate::robot::Grid;
 
-/// Maximum memory of the decoder beside the samples themselves, bytes.
+/// Maximum memory of the decoder in addition to the samples, bytes.
 const DECODER_BYTES: usize = 32 << 20;
 
 /// Reads a PNG, grey or with grey colours. Ignores checksums: a file comes with its hash.

@@ -36,7 +36,7 @@ const MAX_BYTES: usize = 64 << 20;
 const MAX_WORK: usize = 80_000_000;
 /// Maximum numbers of one attribute: three for each vertex.
 const MAX_NUMBERS: usize = 3 * limits::MESH_VERTICES;
-/// Folder of the files in the URDF, beside it.
+/// Folder of the files in the URDF, next to it.
 const FOLDER: &str = "mjcf_inline";
 /// Maximum bytes of a file's name, without its folder.
 const NAME: usize = 60;

@@ -30,7 +30,7 @@ pub(crate) struct Draft {
     pub(crate) constraints: Vec<DraftConstraint>,
 }
 
-/// A constraint of links beside the joints.
+/// A constraint of links in addition to the joints.
 #[derive(Clone, Debug)]
 pub(crate) struct DraftConstraint {
     pub(crate) name: String,
@@ -85,7 +85,7 @@ pub(crate) struct DraftSensor {
     pub(crate) kind: String,
     /// `link_from_sensor`; for a joint, in the frame of its child.
     pub(crate) pose: DPose3,
-    /// Its lines beside the pose, each with its depth.
+    /// Its lines other than the pose, each with its depth.
     pub(crate) lines: Vec<(At, usize, String)>,
 }
 

@@ -1,4 +1,4 @@
-//! `<constraint>`, and `<joint>` in `<gazebo>`: constraints of links beside the tree of joints.
+//! `<constraint>`, and `<joint>` in `<gazebo>`: constraints of links in addition to the tree of joints.
 //!
 //! `<constraint name type>` is simd's own. Its `<parent>` and `<child>` name a link (for a gear a joint;
 //! without one, the world) and may have an `<origin>`. It may have an `<axis>`. `<gazebo><joint>` is a joint

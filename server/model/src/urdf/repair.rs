@@ -18,7 +18,7 @@ use super::vocabulary::{Attribute, Element, Kind, Missing, ROBOT};
 use crate::limits::LoadLimits;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 
-/// Result of urdf-rs, beside the nodes that it came from.
+/// Result of urdf-rs, with the nodes that it came from.
 pub(super) struct RepairedUrdf<'a, 'i> {
     /// Links, joints and materials, each in the order of the file.
     pub(super) robot: urdf_rs::Robot,

@@ -71,7 +71,7 @@ fn of_srdf(message: &str) -> String {
     message.replace("a URDF", "an SRDF").replace("URDF", "SRDF")
 }
 
-/// Marks findings as the SRDF's, beside those of the URDF.
+/// Marks findings as the SRDF's, to distinguish them from the URDF's.
 fn named(mut report: LoadReport) -> LoadReport {
     for finding in &mut report.findings {
         finding.element = format!("SRDF {}", finding.element);

@@ -42,7 +42,7 @@ pub(crate) fn decode<'a>(
     Ok(Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()))
 }
 
-/// Decodes UTF-16, which is recognised by its mark or by a zero beside the first `<`.
+/// Decodes UTF-16, which is recognised by its mark or by a zero next to the first `<`.
 fn wide(urdf: &[u8]) -> Result<Option<String>, Refusal> {
     let read: fn([u8; 2]) -> u16 = match urdf {
         [0xFF, 0xFE, 0, 0, ..] | [0, 0, 0xFE, 0xFF, ..] => {

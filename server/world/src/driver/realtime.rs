@@ -51,7 +51,7 @@ impl RealTime {
             match keep_off(self.processors) {
                 Ok(true) => {}
                 Ok(false) => tracing::warn!(
-                    "no processor is left for the threads beside the physics thread: they share realtime.processors with it"
+                    "no processor is left for the other threads: they share realtime.processors with it"
                 ),
                 Err(error) => tracing::warn!(
                     "the processors of the physics thread are shared with other threads ({error}): a unit of systemd needs \

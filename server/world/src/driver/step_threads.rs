@@ -34,7 +34,7 @@ pub struct StepThreads {
     others: Arc<Others>,
 }
 
-/// The threads beside the physics thread.
+/// The threads in addition to the physics thread.
 #[derive(Debug, Default)]
 struct Others {
     /// Whether they look for work, and do not sleep.

@@ -35,7 +35,7 @@ pub enum SensorMessage {
     Joint(JointState),
 }
 
-/// Data of a sensor's messages beside its readings.
+/// Data of a sensor's messages in addition to its readings.
 #[derive(Debug)]
 pub struct SensorShape {
     /// Definition of the sensor.

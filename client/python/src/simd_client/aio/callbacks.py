@@ -1,4 +1,4 @@
-"""Calls functions with published items, beside the rest of the program."""
+"""Calls functions with published items, in the background."""
 
 from __future__ import annotations
 

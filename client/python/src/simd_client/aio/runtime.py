@@ -135,7 +135,7 @@ _tasks: set[asyncio.Task[None]] = set()
 
 
 class Background:
-    """Work beside the caller's: a task of the loop."""
+    """Work in the background: a task of the loop."""
 
     def __init__(self, link: Link, work: Callable[[], Awaitable[None]], end: Callable[[], None]) -> None:
         """Does nothing: the task is cancelled, and `end` is for threads."""

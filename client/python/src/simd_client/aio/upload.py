@@ -23,7 +23,7 @@ from simd_client.proto import methods
 from simd_client.replacement import replace_file
 
 READING_SECONDS = 120.0
-"""Maximum time, in seconds, that the daemon takes to read a description, beside the timeout of other calls."""
+"""Maximum time, in seconds, that the daemon takes to read a description, in addition to the timeout of other calls."""
 
 
 async def upload(

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/callbacks.py by tools/make_blocking.py; do not edit.
-"""Calls functions with published items, beside the rest of the program."""
+"""Calls functions with published items, in the background."""
 
 from __future__ import annotations
 

@@ -182,7 +182,7 @@ class Joint(FixedAttributes):
 
         With `gravity_compensation` the actuator adds the effort that holds the weight of the links below the
         joint to position, velocity and hold targets. It counts the robot's masses, not its payload. A
-        `spring` acts beside the actuator, also without a target and beyond the effort limit; only a joint of
+        `spring` acts in addition to the actuator, also without a target and beyond the effort limit. Only a joint of
         one axis can have one. With `profile` the setpoint of position targets accelerates and brakes with half
         of the effort limit; without it a target acts at once.
         """

@@ -138,13 +138,14 @@ class LatestSample:
 
 
 class Background:
-    """Work beside the caller's: a thread that does not keep the program from ending."""
+    """Work in the background: a thread that does not keep the program from ending."""
 
     def __init__(self, link: Link, work: Callable[[], None], end: Callable[[], None]) -> None:
         """`end` makes the work end soon, from another thread."""
         self.is_stopped = False
         self._end = end
-        # Held during a call: so that none begins once `stop` has returned, and a call may stop the work itself.
+        # Held during a call: so that none begins once `stop` has returned, and a call may stop the work
+        # itself.
         self._calling = threading.RLock()
         self._thread = threading.Thread(target=work, name="simd_client callbacks", daemon=True)
         # A thread that is within Zenoh while the interpreter ends would keep it from ending.

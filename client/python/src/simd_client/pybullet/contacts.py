@@ -126,7 +126,7 @@ def getClosestPoints(
     first = [*_loose(world, collisionShapeA, poses[0]), *_side(world, bodyA, linkIndexA)]
     second = [*_loose(world, collisionShapeB, poses[1]), *_side(world, bodyB, linkIndexB)]
     numbers = world.numbers()
-    # As in PyBullet, a shape has the number of the body beside it.
+    # As in PyBullet, a shape has the number of the body next to it.
     loose_a, loose_b = (bodyA, _ANY), (bodyB, _ANY)
     found: list[tuple[Any, ...]] = []
     for a, b in ((a, b) for a in first for b in second):

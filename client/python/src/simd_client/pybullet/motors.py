@@ -129,7 +129,7 @@ def law(motor: Motor, inertia: float, h: float, parts: int = 1, fastest: float =
     if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
         return Law("effort", torque) if torque else Law("passive")
     if motor.torque is not None and motor.mode == constants.VELOCITY_CONTROL and motor.velocity == 0.0:
-        # A motor that brakes with at most its force, beside a torque, is dry friction.
+        # A motor that brakes with at most its force, in addition to a torque, is dry friction.
         return Law("effort", torque, friction=limit)
     most = None if limit >= NO_LIMIT else limit + abs(torque)
     if motor.mode == constants.PD_CONTROL:

@@ -13,7 +13,7 @@ _PACKAGE = "simd-daemon"
 
 
 def find(name: str, variable: str, beside: str | None = None) -> Path | None:
-    """Returns the program that the variable names, else the one beside a file. Without these it is the one of the
+    """Returns the program that the variable names, else the one in the folder of a file. Without these it is the one of the
     package `simd-daemon`, else the one on the PATH.
 
     Raises:

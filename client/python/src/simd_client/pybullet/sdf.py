@@ -177,7 +177,7 @@ def _geometry(
 
 
 def _file(world: World, path: Path, uri: str) -> Path | None:
-    """Returns a file beside the SDF, in a folder above it, or in a search path."""
+    """Returns a file in the folder of the SDF, in a folder above it, or in a search path."""
     name = uri.partition("://")[2] if "://" in uri else uri.lstrip("/")
     folders = [path.parent, path.parent.parent, *map(Path, search_paths(world)), Path()]
     return next((folder / name for folder in folders if (folder / name).is_file()), None)

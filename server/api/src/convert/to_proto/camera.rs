@@ -9,7 +9,7 @@ use simd_world::handle::{
     Planes, RendererStatus, intrinsics,
 };
 
-/// Maximum bytes of a message beside the planes of a picture: names and framing.
+/// Maximum bytes of a message in addition to the planes of a picture: names and framing.
 const BESIDE_PLANES: u64 = 4_096;
 
 /// Converts a camera of a robot.

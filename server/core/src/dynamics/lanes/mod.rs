@@ -15,7 +15,7 @@
 //!   and dry friction.
 //! * `pose`: frames in the world. `feet`: parts of a robot that touch planes. `foot_points`: their contact
 //!   points. `foot_rows`: their rows.
-//! * `joint_rows`: limits and dry friction beside feet.
+//! * `joint_rows`: limits and dry friction together with feet.
 //! * `tree_cholesky`, `implicit_inertia`: the matrix of the inertia that impulses act on. `foot_newton`,
 //!   `foot_refinement`, `foot_solver`: the impulses.
 //! * `step`: the step. `crowd`: robots of one world, whose contacts the world finds.

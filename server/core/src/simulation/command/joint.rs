@@ -67,9 +67,9 @@ pub struct JointProperties {
     pub friction: Option<f64>,
     /// Armature, kg m^2 or kg.
     pub armature: Option<f64>,
-    /// Stiffness of a spring beside the actuator, N m/rad or N/m, 0 for none, and its rest position, rad or
-    /// m. For joints of one axis, and for ball joints, where the rest orientation is 0 0 0 1 and the second
-    /// number is 0.
+    /// Stiffness of a spring in addition to the actuator, N m/rad or N/m, 0 for none, and its rest position,
+    /// rad or m. For joints of one axis, and for ball joints, where the rest orientation is 0 0 0 1 and the
+    /// second number is 0.
     pub spring: Option<(f64, f64)>,
     /// Limits, which replace all four.
     pub limits: Option<JointLimits>,

@@ -1,4 +1,4 @@
-//! Constraints of links beside the tree.
+//! Constraints of links in addition to the tree.
 
 use glamx::DVec3;
 

@@ -1,4 +1,4 @@
-//! Calls: the mailbox, their share of time beside steps, and when their effects are shown.
+//! Calls: the mailbox, their share of time next to steps, and when their effects are shown.
 
 use super::*;
 
