@@ -25,7 +25,7 @@ class GenerateProto(BuildHookInterface):
 
 
 def generate(root: Path) -> None:
-    """Writes the package `simd_client.proto` anew."""
+    """Writes the package `simd_client.proto` again."""
     # A source archive has the schema next to it, the repository in a folder that all clients share.
     shared = root.parent.parent / "proto"
     own = root / "schema"

@@ -155,7 +155,7 @@ async fn a_thousand_calls_of_one_step_are_one_of_a_thousand_with_any_watchers(vi
     let (one, many) = (heap(via).await, heap(via).await);
     one.client.step(1_000).await.unwrap();
     let watcher = many.another_client().await;
-    // Read now and then, or never.
+    // Read sometimes, or never.
     let _stalled = watcher.watch(Vec::new(), 1_000.0).await.unwrap();
     let mut touched = 0;
     for i in 0..1_000 {

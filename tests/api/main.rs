@@ -1,6 +1,6 @@
 //! Guarantees of the daemon for its clients: the same over every transport.
 //!
-//! A test takes the transport, and [`over_every_transport`] runs it for each. Tests of the physics alone run
+//! A test takes the transport, and [`over_every_transport`] runs it for each. Tests of only the physics run
 //! once, over gRPC: `control`, `others_robots`.
 #![cfg(test)]
 

@@ -91,7 +91,7 @@ async fn metrics_come_in_the_format_that_is_asked_for() {
     }
 }
 
-/// A caller who goes away while it sends looks like that: nothing was refused.
+/// A caller that disconnects while it sends looks like that: nothing was refused.
 #[tokio::test]
 async fn a_call_that_ends_before_its_message_counts_as_cancelled() {
     let daemon = arm(Via::Grpc).await;

@@ -33,7 +33,7 @@ pub(crate) fn of_second() -> String {
     token(&[6; 32])
 }
 
-/// Returns the token for the robot "arm" alone.
+/// Returns the token for only the robot "arm".
 pub(crate) fn of_arm() -> String {
     token(&[7; 32])
 }

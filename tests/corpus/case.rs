@@ -233,7 +233,7 @@ impl Outcome {
         let line = line.map_or("-".to_owned(), |line| line.to_string());
         let file = file.as_ref().map(|file| format!(" [{file}]")).unwrap_or_default();
         let text = format!("{} {} {line} {element}{file}: {message}", severity.word(), disposition.word());
-        // Which folder it was is of no matter.
+        // Which folder it was does not matter.
         text.replace(&self.folder.display().to_string(), "DIR")
     }
 }

@@ -5,7 +5,7 @@ use simd_tests::process::{Home, Process, repository};
 
 use crate::{paused, written};
 
-/// Two balls of 0.1 m, one above the other, far from the demo's arm. The lower one is in group 4 alone.
+/// Two balls of 0.1 m, one above the other, far from the demo's arm. The lower one is only in group 4.
 async fn balls() -> Process {
     let daemon = paused().await;
     for (name, z) in [("low", 1), ("high", 2)] {

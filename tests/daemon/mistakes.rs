@@ -119,7 +119,7 @@ async fn a_robot_that_cannot_be_loaded_at_the_start_exits_with_5() {
     assert_snapshot("bad_robots", transcript.text(), &[]);
 }
 
-/// A check finds whatever a start would refuse, but for addresses that are in use.
+/// A check finds whatever a start would refuse, except for addresses that are in use.
 #[tokio::test]
 async fn a_check_refuses_what_a_start_refuses_in_the_same_words() {
     let home = Home::new();

@@ -111,7 +111,7 @@ fn values<'t>(text: &'t str, setting: &str) -> Vec<&'t str> {
     text.lines().filter_map(|line| line.strip_prefix(setting)?.strip_prefix('=')).collect()
 }
 
-/// The units alone refuse these: they allow only what most worlds need.
+/// The units without drop-ins refuse these: they allow only what most worlds need.
 #[test]
 fn the_drop_in_allows_all_that_realtime_asks_for() {
     let drop_in = read("systemd/realtime.conf");
@@ -263,7 +263,7 @@ async fn each_program_writes_its_manual() {
     let page = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
     assert!(page("simctl.1").contains("simctl\\-joint(1)"), "{}", page("simctl.1"));
     assert!(page("simctl-joint-set.1").contains(".TH simctl-joint-set 1"), "{}", page("simctl-joint-set.1"));
-    assert!(!folder.join("simctl-man.1").exists(), "it is for packages alone");
+    assert!(!folder.join("simctl-man.1").exists(), "it is only for packages");
 }
 
 /// systemd makes the folder of `StateDirectory` and names it in the environment.

@@ -15,7 +15,7 @@ const ARMS: usize = 90;
 /// Result of a run.
 #[derive(PartialEq)]
 struct Run {
-    /// Saved states as files, in its midst and at its end: worlds are equal where their files are.
+    /// Saved states as files, halfway and at the end: worlds are equal where their files are.
     files: [Vec<u8>; 2],
     /// Joints in the middle, at the end, and at the end once more after the state of the middle was restored.
     joints: [Vec<f64>; 3],

@@ -158,7 +158,7 @@ pub(crate) fn energy(state: &PublishedState) -> (f64, f64) {
 
 /// From rest, with constraints that hold at the beginning. A constraint's departure from its tangent by
 /// `h^2/2 v' H v` in a step is predicted from step to step. So the errors are `h^3 v^3 / r^2` and the like.
-/// These worlds have links of decimetres at some metres a second and a whip now and then. Their errors are
+/// These worlds have links of decimetres at some metres a second and a whip sometimes. Their errors are
 /// below half a millimetre; mostly below a hundredth of it.
 #[test]
 fn random_trees_with_random_constraints_stay_together_and_gain_no_energy() {

@@ -78,7 +78,7 @@ fn world(rng: &mut Rng, mix: Mix) -> Simulation {
     world
 }
 
-/// Corrections of positions alone add no energy. After two seconds, in all but one of twenty worlds, nothing
+/// Corrections of only positions add no energy. After two seconds, in all but one of twenty worlds, nothing
 /// moves faster than after a fall to its place. At most one robot of twenty is disabled, and unmet
 /// constraints are reported.
 #[test]

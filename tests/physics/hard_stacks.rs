@@ -1,4 +1,5 @@
-//! Stacks and heaps that sweeps alone solve badly: thirty high, masses as 1 to 1000, chosen at random.
+//! Stacks and heaps that sweeps without a direct solution solve badly: thirty high, masses as 1 to 1000,
+//! chosen at random.
 
 use fastrand::Rng;
 use glamx::{DMat3, DPose3, DQuat, DVec3};

@@ -196,7 +196,7 @@ fn any_arm(rng: &mut Rng) -> Arc<RobotModel> {
 
 /// Arms and tables that overlap initially, move, and are added and deleted. The cache of pairs that are
 /// ignored or separate saves time and changes nothing. A world that took over the state without it is equal
-/// to the bit in each step. So is one that takes it over again now and then.
+/// to the bit in each step. So is one that takes it over again sometimes.
 #[test]
 fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
     let count = seeds("OVERLAPPING_WORLDS", 10) as usize;

@@ -29,7 +29,7 @@ struct Scene {
     drive: Drive,
     /// Seconds between targets.
     every: f64,
-    /// Targets jump by chance instead of following sines.
+    /// Targets jump randomly instead of following sines.
     jumps: bool,
     seed: u64,
 }

@@ -220,7 +220,7 @@ fn momentum(world: &Simulation) -> ([DVec3; 2], [f64; 2]) {
 }
 
 /// Bodies without gravity that fly at each other, hit, rub and bounce: momentum is kept to rounding. Overlap
-/// is corrected in positions alone, which moves a body by less than its motion in a step. These are some
+/// is corrected in positions only, which moves a body by less than its motion in a step. These are some
 /// millimetres, at half a metre from the origin. They change the angular momentum of the bodies by less than
 /// a thousandth. In 120 worlds the largest change is 2.2e-4.
 #[test]

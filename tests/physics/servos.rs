@@ -1,5 +1,6 @@
-//! Servos: the velocity after a substep is `velocity + rate (target - q) + slip free`, where `free` is the velocity after it if no
-//! actuator acted. Bullet's joint motors have the same formula (`btMultiBodyJointMotor`).
+//! Servos: the velocity after a substep is `velocity + rate (target - q) + slip free`, where `free` is the
+//! velocity after it if no actuator acted. Bullet's joint motors have the same formula
+//! (`btMultiBodyJointMotor`).
 
 use std::sync::Arc;
 
@@ -110,7 +111,8 @@ fn a_servo_changes_the_free_velocity_by_no_more_than_its_effort_can() {
     }
 }
 
-/// Substeps compute the servo's velocity anew: with `n` of them a joint that may move freely keeps `(1 - rate h)^n` of its error.
+/// Substeps compute the servo's velocity again: with `n` of them a joint that may move freely keeps
+/// `(1 - rate h)^n` of its error.
 #[test]
 fn each_substep_computes_the_velocity_anew() {
     for parts in [1, 2, 4, 10] {

@@ -6,7 +6,7 @@ use simd_tests::robots;
 
 use simd_tests::world::{apply, passive, run, world};
 
-/// At rest the spring carries gravity alone: target - q = gravity effort / stiffness, with the effort that
+/// At rest the spring carries only gravity: target - q = gravity effort / stiffness, with the effort that
 /// the actuator reports. 1e-9 rad is far above rounding (1e-13 here) and far below the error of a solver with
 /// a tolerance.
 #[test]

@@ -137,7 +137,7 @@ fn free_bodies_keep_energy_and_momentum_at_any_spin() {
 }
 
 /// Chains with one end that turns by 0.4 rad a step. Short ones are solved with the derivative of their
-/// velocity terms, long ones by iteration alone. Their mass matrix changes much within a step as they fold,
+/// velocity terms, long ones only by iteration. Their mass matrix changes much within a step as they fold,
 /// so that energy is not kept, but it stays below twice its initial value.
 #[test]
 fn a_chain_that_whips_stays_finite_however_long() {

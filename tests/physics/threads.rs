@@ -175,7 +175,7 @@ fn run(threads: usize, steps: u64) -> Run {
         }
         let joins = divided.load(Relaxed);
         if step % 100 == 0 {
-            // Given up in its midst, on whichever thread.
+            // Interrupted halfway, on any thread.
             let (asked, before) = (AtomicU64::new(0), world.fingerprint());
             let last = rng.u64(0..400);
             if !world.step_interruptible(&|| asked.fetch_add(1, Relaxed) >= last) {

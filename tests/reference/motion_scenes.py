@@ -143,7 +143,7 @@ RADIUS, TRACK = 0.05, 0.3
 
 
 def square():
-    """Sides of 1 m, and turns of a right angle on the spot: by the wheels alone it returns to its start."""
+    """Sides of 1 m, and turns of a right angle on the spot: by the wheels' turns it returns to its start."""
     side, corner, pause, ramp = 4.0, 3.0, 0.5, 0.5
     straight = 1.0 / (RADIUS * (side - ramp))
     turning = pi / 2 * TRACK / 2 / (RADIUS * (corner - ramp))

@@ -8,7 +8,7 @@ choice, and MuJoCo's Newton.
 into target/bench.
 
 The residual of a step is the largest of all contacts, m/s. A contact's residual is the change of its
-velocity by its impulse if the contact alone were solved once more. As a formula it is |p - P(p - w / D)|
+velocity by its impulse if only the contact were solved once more. As a formula it is |p - P(p - w / D)|
 D. P is the projection on the possible impulses of the contact. w is the error of its velocities under all
 impulses, and D its part of J M^-1 J'. It is 0 if the laws of all contacts hold. Each simulator is held to
 its laws. simd has rigid contacts and circular cones. MuJoCo has soft contacts (gap = J a - aref + R f) and
@@ -141,7 +141,7 @@ def plot(results, path):
         axes.axis("off")
     handles = {label: handle for axes in grid.ravel() for handle, label in zip(*axes.get_legend_handles_labels())}
     figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
-    figure.suptitle("How exactly contacts are solved: by how much a contact's velocity would change if it alone were solved once more")
+    figure.suptitle("How exactly contacts are solved: by how much a contact's velocity would change if only it were solved once more")
     figure.savefig(path, dpi=110)
     plt.close(figure)
 

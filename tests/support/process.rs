@@ -182,7 +182,7 @@ pub async fn said(what: &str, mut command: Command) -> Said {
 }
 
 impl Process {
-    /// Starts a daemon for gRPC alone, and waits until it prints its address.
+    /// Starts a daemon for only gRPC, and waits until it prints its address.
     ///
     /// # Panics
     /// Panics if it does not start.
@@ -311,8 +311,8 @@ impl Process {
         self.child.kill().await.unwrap_or_else(|error| panic!("{error}"));
     }
 
-    /// Sends it a signal, for instance `TERM`. With `STOP`, returns once all of its threads have stopped: until then it may
-    /// still answer.
+    /// Sends it a signal, for instance `TERM`. With `STOP`, returns once all of its threads have stopped:
+    /// until then it may still answer.
     ///
     /// # Panics
     /// Panics if it is gone already.

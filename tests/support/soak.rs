@@ -130,7 +130,7 @@ pub async fn run(options: Options) -> Report {
     let mut daemon = Process::start_logging_to(Stdio::from(file), zenoh, flags).await;
     println!("{}", scheduling(daemon.pid(), options.priority));
     if let Some(number) = options.processor {
-        println!("[realtime] processors = [{number}]: the physics thread's alone");
+        println!("[realtime] processors = [{number}]: only for the physics thread");
     }
     let tally = Arc::new(Tally::default());
     let mut stage = Stage {

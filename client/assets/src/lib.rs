@@ -7,7 +7,7 @@
 //! * [`Locator`]: finds the file of a URI.
 //! * [`find_urdf`]: finds the URDF of a robot's path.
 //! * [`inside`]: follows a path in a folder through symbolic links.
-//! * [`files`]: opens regular files alone, and puts unusable ones aside.
+//! * [`files`]: opens only regular files, and puts unusable ones aside.
 //! * [`Replacement`], [`replace_file`]: files that are either complete or absent, even if the program is
 //!   killed.
 

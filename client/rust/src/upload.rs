@@ -181,7 +181,7 @@ impl Files {
 }
 
 /// Lists the places for the report, after "looked in". A file that may not be sent says so, or its owner
-/// would search for it in vain.
+/// would not find it.
 fn places(not_found: NotFound) -> Vec<String> {
     let mut places: Vec<String> = not_found.places.iter().map(|place| place.display().to_string()).collect();
     match places.last_mut() {

@@ -1,4 +1,4 @@
-// Accessibility of the whole page: axe in light and dark, on a phone and in each sheet. Keys alone open all sheets.
+// Accessibility of the whole page: axe in light and dark, on a phone and in each sheet. All sheets open by keys.
 
 import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -40,7 +40,7 @@ async function furnished(): Promise<Daemon> {
   return daemon;
 }
 
-/** Sheets, opened by keys alone: a shortcut, or buttons one after the other, each by Enter; and the element by which each is known. */
+/** Sheets, opened only by keys: a shortcut, or buttons one after the other, each by Enter; and the element by which each is known. */
 const SHEETS: readonly { name: string; keys?: string; buttons?: readonly string[]; shows: string }[] = [
   { name: "keys", keys: "?", shows: "help-sheet" },
   { name: "how to begin", buttons: ["help", "help-begin"], shows: "guide" },

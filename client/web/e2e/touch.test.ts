@@ -1,4 +1,4 @@
-// Operation by touch alone: without hover, and without a right button.
+// Operation only by touch: without hover, and without a right button.
 
 import { resolve } from "node:path";
 

@@ -202,7 +202,7 @@ pub struct Grid {
 }
 
 impl MeshAsset {
-    /// Returns the SHA-256 of its whole look: of its file alone if that names no other.
+    /// Returns the SHA-256 of its whole look: of only its file if that names no other.
     pub fn look(&self) -> Sha256 {
         look_of(self.sha256, &self.files)
     }

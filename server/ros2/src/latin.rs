@@ -1,4 +1,4 @@
-//! Transliteration: a word of Latin letters for each letter, where names of ROS allow ASCII alone.
+//! Transliteration: a word of Latin letters for each letter, since names of ROS allow only ASCII.
 
 /// Letters of Latin, Greek and Cyrillic, lower case, and what stands for each.
 const LETTERS: [(char, &str); 90] = [

@@ -1,4 +1,4 @@
-//! The physics thread, which alone owns the world: it applies commands between steps, keeps the pace, and
+//! The physics thread, the only owner of the world: it applies commands between steps, keeps the pace, and
 //! publishes states.
 //!
 //! It is an OS thread and not a task. It holds no lock across a step, and it waits only for its mailbox and

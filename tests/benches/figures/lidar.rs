@@ -23,7 +23,7 @@ use super::recording::{Sample, turn};
 const SECONDS: f64 = 5.0;
 /// Turns of each.
 const TURNS: usize = 12;
-/// Scans that are timed alone.
+/// Scans that are timed separately.
 const SCANS: usize = 20;
 const ROWS: u32 = 16;
 const COLUMNS: u32 = 1_024;

@@ -1,7 +1,7 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing here is asserted; compare
 //! within a run.
 //!
-//! Each of these options prints one table alone:
+//! Each of these options prints only one table:
 //! * `-- reads`: lateness under a flood of reads
 //! * `-- threads`: lateness of worlds that one thread and two step
 //! * `-- town`: a quadruped among fixed things

@@ -318,7 +318,7 @@ fn the_corpus_of_saved_states_is_what_daemons_write() {
             let entities = file.robots.iter().map(|robot| (robot.layout, &robot.state.entity));
             entities.map(|(layout, it)| (it.name.clone(), layout, it.surfaces.clone())).collect()
         };
-        assert_eq!(robots(&kept), robots(&now), "{name}: write it anew, see `write_the_corpus`");
+        assert_eq!(robots(&kept), robots(&now), "{name}: write it again, see `write_the_corpus`");
         assert!(saved_states(&content), "{name} is accepted");
     }
 }

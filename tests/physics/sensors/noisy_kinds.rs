@@ -125,7 +125,7 @@ fn every_number_scatters_by_what_was_asked_for_it_and_on_its_own() {
     }
 }
 
-/// A constant bias shifts each number alone, to rounding; an orientation is turned by it.
+/// A constant bias shifts each number separately, to rounding; an orientation is turned by it.
 #[test]
 fn every_number_has_its_own_bias() {
     let truth = all(&mut still(11, |_, _| Noise::default()));

@@ -140,7 +140,7 @@ fn what_the_toes_of_a_standing_a1_feel_sums_to_its_weight() {
             model.links.iter().zip(&touched).filter(|(link, _)| link.name.ends_with("_toe")).collect();
         assert_eq!(on_toes.len(), 4);
         assert!(on_toes.iter().all(|(_, toe)| toe.touching && toe.partners.len() == 1), "{on_toes:#?}");
-        assert_eq!(touched.iter().filter(|of| of.touching).count(), 4, "it stands on its toes alone");
+        assert_eq!(touched.iter().filter(|of| of.touching).count(), 4, "it stands only on its toes");
         let sum: DVec3 = on_toes.iter().map(|(_, toe)| toe.force).sum();
         let error = (sum - DVec3::Z * weight).length() / weight;
         println!("{sum} N, of {weight} N; {error:.1e} of it off");

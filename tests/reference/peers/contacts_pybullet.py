@@ -74,6 +74,6 @@ def robot(scene, on):
 
 
 def smooth(body, index, friction, on):
-    """No damping, no restitution, and friction against sliding alone."""
+    """No damping, no restitution, and only friction against sliding."""
     pybullet.changeDynamics(body, index, lateralFriction=friction, rollingFriction=0, spinningFriction=0,
                             restitution=0, linearDamping=0, angularDamping=0, **on)

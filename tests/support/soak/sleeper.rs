@@ -16,7 +16,7 @@ const PER_STEP: u32 = 4;
 const PERIOD: Duration = Duration::from_micros(1_000 / PER_STEP as u64);
 /// Number of sleeps that are kept until they are read: ten seconds of them.
 const RECENT: usize = 40_000;
-/// If it is later than this it begins anew, as the world drops its delay.
+/// If it is later than this it restarts, as the world drops its delay.
 const BEHIND: Duration = Duration::from_millis(200);
 
 /// It runs until this is dropped, on the processor of the physics thread and with a priority higher by one:

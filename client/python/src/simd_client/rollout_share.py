@@ -68,7 +68,7 @@ class Asked:
         )
 
     def part(self, copies: range, widths: Sequence[int]) -> Asked:
-        """Returns the request for these copies alone, with the same numbers. `widths` has the count of
+        """Returns the request for only these copies, with the same numbers. `widths` has the count of
         numbers per copy of each drawn variation."""
         variations = [
             replace(each, values=_rows(each.values, 2, copies))

@@ -107,7 +107,7 @@ def test_a_saved_world_is_a_script_that_makes_it_again(
             assert b == a
     before = [script.getBasePositionAndOrientation(body) for body in (0, 1)]
     script.resetSimulation()
-    # It connects anew and disconnects at its end; here it continues in this world.
+    # It connects again and disconnects at its end; here it continues in this world.
     lines = [line for line in files[1].read_text().splitlines() if "connect(" not in line]
     exec("\n".join(lines).replace("import pybullet as p", "cin = 0").replace("if (cin < 0):", ""), {"p": script})
     assert script.getNumBodies() == 2

@@ -134,7 +134,7 @@ def test_the_renderer_beside_the_daemon_comes_before_the_one_on_the_path(
 
 
 def test_pictures_of_pybullet_look_alike(bullet: Any, script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Bodies and depths, but for pixels at edges."""
+    """Bodies and depths, except for pixels at edges."""
     if not can_draw():
         pytest.skip("simd-camera or a Vulkan driver is missing (make camera, make vulkan)")
     monkeypatch.setenv(renderer.VARIABLE, str(built()))

@@ -1,4 +1,4 @@
-// Note that a video is being taken, with the button that ends it. The video shows the picture alone, without
+// Note that a video is being taken, with the button that ends it. The video shows only the picture, without
 // this note.
 import type { JSX } from "preact";
 import { Icon } from "../panels/icons";

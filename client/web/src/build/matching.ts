@@ -13,7 +13,7 @@ export function stemOf(name: string): string {
 
 /**
  * Returns lines for the robots whose names contain all words of `filter`, in the order of the world. Robots of one stem stand
- * together, at the place of the first. Groups in `closed` show their heading alone; a filter opens all groups.
+ * together, at the place of the first. Groups in `closed` show only their heading; a filter opens all groups.
  */
 export function linesOf(names: readonly string[], filter: string, closed: ReadonlySet<string>): Line[] {
   const words = filter.toLowerCase().split(/\s+/).filter((word) => word !== "");

@@ -44,7 +44,7 @@ export class DaemonPoller {
     refreshClientsBy(() => this.fetchClients());
   }
 
-  /** Forgets the former daemon's state, and fetches data that later depends on events. Resolves to whether its events began anew. */
+  /** Forgets the former daemon's state, and fetches data that later depends on events. Resolves to whether its events restarted. */
   async begin(): Promise<boolean> {
     this.clientsAt = -Infinity;
     this.parametersVersion = 0n;

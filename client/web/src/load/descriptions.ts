@@ -14,7 +14,7 @@ export interface Description {
   links?: number;
 }
 
-/** Bytes: a longer file is listed by its name alone. */
+/** Bytes: a longer file is listed only by its name. */
 const MAX_BYTES = 8 << 20;
 /** Maximum number of XML files that the page reads. */
 const MAX_FILES = 2000;

@@ -179,7 +179,7 @@ class Search {
     return found;
   }
 
-  /** The only path that differs from `wanted` in case alone. */
+  /** The only path that differs from `wanted` only in case. */
   private inOtherCase(boundary: string, wanted: string): string | undefined {
     let at = boundary;
     for (const step of steps(wanted.slice(boundary.length))) {

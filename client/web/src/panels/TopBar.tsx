@@ -77,7 +77,7 @@ function Transport(): JSX.Element {
   );
 }
 
-/** Holder of the world's claim, who alone plays, pauses and resets; or the button to take it. */
+/** Holder of the world's claim: only the holder plays, pauses and resets; or the button to take it. */
 function WorldClaim(): JSX.Element {
   const holder = useComputed(() => simulation.value.claimedBy).value;
   if (holder === "" || holder === ownName.value) return <ClaimButton what={WORLD} holder={holder} whyNot={whyNotChange.value} />;

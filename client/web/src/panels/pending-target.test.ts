@@ -35,7 +35,7 @@ test("a slider stays under the pointer during a drag", () => {
   expect(asked.shown(at(5), 60_300)).toEqual(at(5));
 });
 
-test("a passive or holding joint is recognised by its mode alone", () => {
+test("a passive or holding joint is recognised by its mode", () => {
   const asked = new PendingTarget();
   asked.set({ mode: "hold", value: 0.5 }, 0);
   expect(asked.shown(at(1), 10)).toEqual({ mode: "hold", value: 0.5 });

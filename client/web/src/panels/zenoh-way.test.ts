@@ -16,7 +16,7 @@ test("a program elsewhere takes the name by which it reaches the machine, or a r
   expect(wayOf(ways(["tcp/127.0.0.1:7447"], ["tcp/router:7447"]), "lab", false)).toEqual({ kind: "reached", locator: "tcp/router:7447" });
 });
 
-test("a daemon that listens for its own machine alone, and one without Zenoh, are distinguished", () => {
+test("a daemon that listens only for its own machine, and one without Zenoh, are distinguished", () => {
   expect(wayOf(ways(["tcp/127.0.0.1:7447"]), "lab", false)).toEqual({ kind: "near", locator: "tcp/127.0.0.1:7447" });
   expect(wayOf(ways(["tcp/[::1]:7447"]), "lab", false)).toEqual({ kind: "near", locator: "tcp/[::1]:7447" });
   expect(wayOf(ways([]), "lab", false)).toEqual({ kind: "off" });

@@ -42,7 +42,7 @@ export async function open(name: string, sources: readonly Source[], module: Pla
   if (plays) player.toggle();
 }
 
-/** Shows the world alone again. */
+/** Shows only the world again. */
 export function close(): void {
   end?.();
   end = undefined;

@@ -8,7 +8,7 @@ export const COPIED = 1;
 
 const EVERYTHING = new Sphere(undefined, Infinity);
 
-/** Meshes that differ in their places alone. */
+/** Meshes that differ only in their places. */
 interface Kind {
   geometry: BufferGeometry;
   material: Material;

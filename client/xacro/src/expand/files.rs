@@ -150,7 +150,7 @@ impl Expansion<'_> {
     }
 }
 
-/// Removes `.` and `..` by the text alone.
+/// Removes `.` and `..` from the text, without looking at the disk.
 fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for component in path.components() {

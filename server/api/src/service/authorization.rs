@@ -175,7 +175,7 @@ struct Call {
 
 impl Drop for Line {
     fn drop(&mut self) {
-        self.write(&Status::cancelled("its caller went away before the end"));
+        self.write(&Status::cancelled("its caller disconnected before the end"));
     }
 }
 

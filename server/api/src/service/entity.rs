@@ -25,7 +25,7 @@ use simd_world::account::Account;
 use simd_world::handle::{CallError, Done, ExpandedXacro, Loaded, Published, Reloaded};
 use simd_world::loading::Progress;
 
-/// Maximum number of triangles of a collider that is sent as text, which is written anew for each requested
+/// Maximum number of triangles of a collider that is sent as text, which is written for each requested
 /// part of the file. Hulls and parts of meshes stay below it; terrain may not.
 const MAX_TEXT_TRIANGLES: usize = 16_384;
 

@@ -19,7 +19,7 @@ pub(super) const SHELL: f64 = 5e-4;
 /// more: then the first ones count.
 const MAX_NEAR_PAIRS: usize = 512;
 
-/// Near points are a contact if neither has a nearer one on the other surface, but for this part of their
+/// Near points are a contact if neither has a nearer one on the other surface, except for this part of their
 /// distance.
 const NEARER: f64 = 0.05;
 

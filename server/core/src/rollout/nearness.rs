@@ -62,7 +62,7 @@ impl Nearness {
         Ok(within - nearest)
     }
 
-    /// Returns whether boxes alone show that everything is farther apart than the search distance.
+    /// Returns whether boxes suffice to show that everything is farther apart than the search distance.
     fn are_apart(&self, view: &mut View) -> bool {
         let [own, others] = &self.boxes;
         if own.is_empty() {

@@ -1,4 +1,4 @@
-//! Contacts of a world: found anew in each part of a step, with the impulses of the previous part.
+//! Contacts of a world: found again in each part of a step, with the impulses of the previous part.
 
 mod check;
 mod faces;

@@ -1,4 +1,4 @@
-//! Status of a robot's joints, from a published state alone.
+//! Status of a robot's joints, from only a published state.
 
 use super::published_state::{Mode, PublishedState};
 use super::robot_settings::JointSettings;

@@ -10,7 +10,7 @@
 //!   sleep, its group and its contacts.
 //! * [`saved`]: saved states. [`robot_settings`]: settings by commands.
 //! * [`published_state`]: the published state; [`joint_status`], [`rays`], [`queries`], [`spawn_overlaps`],
-//!   [`terrain_penetration`], `reactions`, [`measure`]: what follows from it alone, on any thread.
+//!   [`terrain_penetration`], `reactions`, [`measure`]: what follows from the published state, on any thread.
 //! * [`command`], [`event`]: commands, and events.
 //! * [`Simulation`]: the world.
 //! * `operations`: operations on the world.

@@ -1,4 +1,4 @@
-//! Contacts that keep driven joints from their targets, from a published state alone.
+//! Contacts that keep driven joints from their targets, from only a published state.
 
 use std::collections::BTreeMap;
 

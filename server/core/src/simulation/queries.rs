@@ -1,4 +1,4 @@
-//! Distances, overlaps, bounds and casts of shapes, from a published state alone.
+//! Distances, overlaps, bounds and casts of shapes, from only a published state.
 
 use std::borrow::Cow;
 

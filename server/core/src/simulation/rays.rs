@@ -1,4 +1,4 @@
-//! Ray casts, from a published state alone.
+//! Ray casts, from only a published state.
 
 use glamx::DVec3;
 

@@ -1,4 +1,4 @@
-//! Reactions of a robot's joints over the last step, from a published state alone.
+//! Reactions of a robot's joints over the last step, from only a published state.
 
 use glamx::{DPose3, DQuat, DVec3};
 

@@ -1,4 +1,4 @@
-//! Overlaps of a robot's links with other robots, and a free place beside them, from a published state alone.
+//! Overlaps of a robot's links with other robots, and a free place beside them, from only a published state.
 
 use super::error::Error;
 use super::free_place::Extent;

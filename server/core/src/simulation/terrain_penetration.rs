@@ -1,4 +1,4 @@
-//! Links below the surface of terrain, from a published state alone.
+//! Links below the surface of terrain, from only a published state.
 
 use glamx::DVec3;
 

@@ -1,7 +1,7 @@
 //! `gravcomp`: bodies whose weight something else carries.
 //!
-//! MuJoCo pushes such a body upwards. In simd an actuator holds the weight of all links behind its joint, so this is
-//! read for joints that carry compensated bodies alone.
+//! MuJoCo pushes such a body upwards. In simd an actuator holds the weight of all links behind its joint, so
+//! this is read for joints that carry only compensated bodies.
 
 use super::body::Body;
 use super::joint::Joints;
@@ -25,7 +25,7 @@ pub(super) fn settle(bodies: &mut [Body], joints: &Joints, notes: &mut Notes) {
     for (body, (whole, some)) in bodies.iter_mut().zip(is_whole.into_iter().zip(has_some)) {
         body.compensates = whole && some && !body.joints.is_empty();
     }
-    // Bodies whose weight compensating joints alone carry, and those with an actuator at each of them.
+    // Bodies whose weight only compensating joints carry, and those with an actuator at each of them.
     let mut is_covered = vec![true; bodies.len()];
     let (mut lost, mut idle) = (Vec::new(), Vec::new());
     for (index, body) in bodies.iter().enumerate().skip(1) {

@@ -365,7 +365,7 @@ impl<'a> Reader<'a> {
         self.included_at(include, 0)
     }
 
-    /// Reports an included file without a model: with lights alone it is whole.
+    /// Reports an included file without a model: with only lights it is complete.
     fn holds_no_model(&mut self, include: Element<'a>, root: Element<'a>) {
         let world = root.child("world").unwrap_or(root);
         let mut elements = world.elements().peekable();

@@ -1,6 +1,7 @@
 //! A URDF that an SDF includes: its robot as a model.
 //!
-//! The reader of URDF decides what it means. Frames of links are those with all joints at zero, as Gazebo converts it.
+//! The reader of URDF decides what it means. Frames of links are those with all joints at zero, as Gazebo
+//! converts it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -58,7 +59,7 @@ impl<'a> Reader<'a> {
         Ok((model, Placement::at_origin()))
     }
 
-    /// Takes over the findings about the robot, but for those that the translated text gets again.
+    /// Takes over the findings about the robot, except for those that the translated text gets again.
     fn take_report(&mut self, uri: &str, read: &RobotModel, report: LoadReport) {
         let meshes = read.links.iter().flat_map(|link| {
             let visuals = link.visuals.iter().map(|visual| &visual.geometry);

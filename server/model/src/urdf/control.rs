@@ -145,7 +145,7 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
         of_joint.position = Some(nearest);
         said.push(format!("starts at {}", short(nearest)));
     }
-    // A joint that takes position targets holds its position, even if a spring alone would leave it free.
+    // A joint that takes position targets holds its position, even if a spring would leave it free.
     of_joint.mode = if command("position").is_some() { None } else { mode.or(of_joint.mode) };
     of_joint.stiffness = stiffness.or(of_joint.stiffness);
     of_joint.damping = damping.or(of_joint.damping);

@@ -260,7 +260,7 @@ impl EventLog {
             self.announcer.next(&mut announced).await;
             drop(self.collected());
             self.grown.notify_waiters();
-            // A world with an event at each step would otherwise occupy this thread alone.
+            // A world with an event at each step would otherwise occupy this thread all the time.
             tokio::task::yield_now().await;
         }
     }

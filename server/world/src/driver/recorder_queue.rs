@@ -236,7 +236,7 @@ mod tests {
         assert_eq!(
             queue.push(applied()),
             Err(RecorderQueueEnd::Full),
-            "room that comes later does not begin it anew"
+            "room that comes later does not restart it"
         );
     }
 

@@ -157,7 +157,7 @@ impl SensorLog {
                 self.scan_is_due.notify_waiters();
             }
             self.grown.notify_waiters();
-            // A world that runs as fast as possible would otherwise occupy this thread alone.
+            // A world that runs as fast as possible would otherwise occupy this thread all the time.
             tokio::task::yield_now().await;
         }
     }

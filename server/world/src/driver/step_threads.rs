@@ -47,7 +47,8 @@ struct Others {
 
 impl StepThreads {
     /// Starts a pool of `count` threads, including the calling one, which can belong to no other pool. The
-    /// others get the real-time settings of the physics thread. Returns `None` for the calling thread alone.
+    /// others get the real-time settings of the physics thread. Returns `None` if only the calling thread is
+    /// used.
     ///
     /// # Errors
     /// Returns an error if the system refuses the threads, or the calling one belongs to another pool.

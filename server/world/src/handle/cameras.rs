@@ -152,7 +152,7 @@ impl SimHandle {
         let since = (after == 0).then(|| Instant::now().checked_sub(FRESH)).flatten();
         loop {
             let came = cameras.picture_came.notified();
-            // The camera may be deleted or created anew: then it is another one with that name.
+            // The camera may be deleted or created again: then it is another one with that name.
             let id = {
                 let state = self.newest();
                 let sensor = find(&state, robot, sensor)?;

@@ -176,7 +176,7 @@ impl Running {
     }
 }
 
-/// Refuses a rollout that no machine completes in the permitted seconds: at once, and not after those
+/// Refuses a rollout that no machine completes in the permitted seconds: at once, and not after these
 /// seconds.
 fn check_steps(request: &RolloutRequest, seconds: u64) -> Result<(), CallError> {
     let value = (request.copies as u64).saturating_mul(request.steps);

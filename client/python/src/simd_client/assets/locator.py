@@ -188,7 +188,7 @@ class _Search:
         return found
 
     def _in_other_case(self, top: Path, rest: Path) -> Path | Outcome:
-        """Returns the one path that differs from `rest` in capital letters alone."""
+        """Returns the one path that differs from `rest` only in capital letters."""
         at = Path()
         for step in rest.parts:
             if isinstance(inside(top, at / step), Path):

@@ -5,7 +5,7 @@ PyBullet's motor is a constraint on the joint's next velocity, held by an impuls
     v+ = positionGain (target - q) / h + v + velocityGain (targetVelocity - v)
 
 So its gains are per step of h seconds, and v is the joint's velocity without any motor. This is simd's servo
-(`ServoTarget`), which the world computes anew in each substep:
+(`ServoTarget`), which the world computes again in each substep:
 
     v+ = velocity + rate (target - q) + slip v,  rate = positionGain / h, slip = 1 - velocityGain
 

@@ -58,7 +58,7 @@ class StepTargets:
         self._is_empty = True
         # Whether numbers of rows are not in the request yet.
         self._is_behind = False
-        # Whether the last targets were made anew, and not only their numbers.
+        # Whether the last targets are new messages, and not only new numbers.
         self._is_new = True
         # Both requests as the world keeps them, by number of steps.
         self._kept: KeptStep | None = None

@@ -1,4 +1,4 @@
-//! Newton's method on the soft problem: each round determines the active rows anew.
+//! Newton's method on the soft problem: each round determines the active rows again.
 
 use super::{Direct, State, System};
 use crate::dynamics::articulation::Articulation;

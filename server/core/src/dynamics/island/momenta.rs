@@ -1,6 +1,6 @@
 //! Energy and momenta after position correction.
 //!
-//! A correction in positions alone also transports the velocities so that they keep their kinetic energy.
+//! A correction in only positions also transports the velocities so that they keep their kinetic energy.
 //! This holds for short displacements; after longer ones the velocities are scaled down until it holds.
 //!
 //! The correction keeps linear momentum, too, but r x p then has another r. A ring of bodies that is free in

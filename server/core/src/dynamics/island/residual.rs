@@ -36,7 +36,7 @@ impl Island {
 
     /// Measures the impulses that were found, if requested.
     ///
-    /// The residual of a contact is the change of its velocity if it alone were solved once more. It is p
+    /// The residual of a contact is the change of its velocity if only it were solved once more. It is p
     /// minus the projection of p - D^-1 w on the possible impulses, times D. w is the error of its
     /// velocities, and D its part of J M^-1 J'. It is 0 if the laws of all contacts hold; the threshold at
     /// which sweeps end is the same quantity.

@@ -15,7 +15,7 @@ const LARGEST: f64 = 1e100;
 const NEARLY_FASTEST: f64 = 1e-3;
 
 impl Island {
-    /// Returns whether the velocities are usable. A robot that is alone spoils no other one.
+    /// Returns whether the velocities are usable. A robot that is solved alone affects no other one.
     pub(super) fn is_usable(&self) -> bool {
         self.members.len() < 2 || are_within(&self.velocities, LARGEST_STATE)
     }

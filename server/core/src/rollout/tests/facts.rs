@@ -8,7 +8,7 @@ fn facts(world: &Simulation) -> StartFacts {
     StartFacts::of(&world.to_saved())
 }
 
-/// Returns a world with the arm alone, at its start.
+/// Returns a world with only the arm, at its start.
 fn lone(masses: [f64; 2]) -> Simulation {
     lone_with(PhysicsSettings::default(), masses)
 }

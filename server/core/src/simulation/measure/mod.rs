@@ -1,4 +1,4 @@
-//! Measurements of sensors, from a published state alone, on any thread.
+//! Measurements of sensors, from only a published state, on any thread.
 //!
 //! * `reading`: readings.
 //! * `motion`: inertial units, states of links, odometry, forces and torques of joints.

@@ -33,7 +33,7 @@ impl Simulation {
     /// 4. A robot without contacts solves its own constraints, and robots that touch are solved together.
     /// 5. It integrates positions, and puts robots at rest to sleep.
     ///
-    /// Actions on a robot alone are done where its poses are updated and where it is solved, and not in
+    /// Actions on a single robot are done where its poses are updated and where it is solved, and not in
     /// separate passes through all robots. Each pass would fetch hundreds of robots into the cache once more,
     /// on one thread.
     ///
@@ -68,7 +68,7 @@ impl Simulation {
     }
 
     /// Returns the largest residual of the contacts of all steps since the last call, m/s. It is the change
-    /// of a contact's velocity if it alone were solved once more. Returns `None` if nothing is measured, or
+    /// of a contact's velocity if only it were solved once more. Returns `None` if nothing is measured, or
     /// nothing touched.
     pub fn take_solver_residual(&mut self) -> Option<f64> {
         let solvers = self.step_memory.solvers.all();
@@ -330,7 +330,7 @@ impl Part<'_> {
 
     /// Advances a group whose robots have been started.
     ///
-    /// A robot that cannot be computed spoils no other one: it is advanced alone. The robots around it are
+    /// A robot that cannot be computed affects no other one: it is advanced alone. The robots around it are
     /// solved as if it did not exist, in the groups that remain without it.
     fn solve_started(
         self,

@@ -288,7 +288,7 @@ fn a_joint_rests_at_its_limit_without_chatter() {
     }
 }
 
-/// Friction above gravity's effort sticks without creep; coasting under friction alone stops after I qd /
+/// Friction above gravity's effort sticks without creep; coasting under friction only stops after I qd /
 /// friction seconds.
 #[test]
 fn dry_friction_sticks_and_stops() {

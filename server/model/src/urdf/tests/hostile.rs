@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::*;
 
-/// A bound for hangs alone, since the machine may be busy.
+/// A bound only for hangs, since the machine may be busy.
 fn soon(urdf: &str) -> String {
     let start = Instant::now();
     let message = refusal(urdf);

@@ -20,7 +20,7 @@ fn pair(integrator: Integrator, off: f64) -> Simulation {
     world
 }
 
-/// A correction in positions alone changes the arms, but not the momenta: within a hundredth of the change of
+/// A correction in only positions changes the arms, but not the momenta: within a hundredth of the change of
 /// r x p.
 #[test]
 fn what_is_put_right_in_space_keeps_its_momenta() {
