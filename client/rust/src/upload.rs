@@ -180,8 +180,8 @@ impl Files {
     }
 }
 
-/// Lists the places for the report, after "looked in". A file that may not be sent says so, or its owner
-/// would not find it.
+/// Lists the places for the report, after "looked in". A file that may not be sent says so: otherwise its
+/// owner would keep searching for it.
 fn places(not_found: NotFound) -> Vec<String> {
     let mut places: Vec<String> = not_found.places.iter().map(|place| place.display().to_string()).collect();
     match places.last_mut() {

@@ -265,7 +265,7 @@ async fn refusals_that_pass_push_out_no_answers() {
     assert_eq!(answers.give(asked("a"), &count).await, "1");
     for id in 0..2 * KEPT {
         let full = async { Outcome { bytes: Err(Bytes::from_static(b"full")), is_transient: true } };
-        answers.once(asked(&format!("{id} is not found")), Ok(full)).await.unwrap();
+        answers.once(asked(&format!("{id} is refused")), Ok(full)).await.unwrap();
     }
     assert_eq!(answers.give(asked("a"), &count).await, "1");
 }
