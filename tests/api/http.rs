@@ -205,7 +205,7 @@ async fn meshes_of_the_scene_are_there_as_gltf_and_as_they_were_sent() {
         let word = |at: usize| u32::from_le_bytes(glb.body[at..at + 4].try_into().unwrap()) as usize;
         assert_eq!((&glb.body[..4], word(4), word(8)), (&b"glTF"[..], 2, glb.body.len()));
         let json: serde_json::Value = serde_json::from_slice(&glb.body[20..20 + word(12)]).unwrap();
-        // Binary STL: the count of triangles is behind 80 bytes of header.
+        // Binary STL: the count of triangles is after 80 bytes of header.
         let triangles = u64::from(u32::from_le_bytes(file[80..84].try_into().unwrap()));
         assert_eq!(number(&json, "/accessors/2/count"), 3 * triangles);
         assert_eq!(number(&json, "/buffers/0/byteLength") as usize, glb.body.len() - 28 - word(12));

@@ -66,7 +66,7 @@ async fn distances_are_measured_to_shapes_of_no_robot() {
     assert_eq!(robots, [Some("high"), Some("low")]);
     let shapes = written(&daemon, "contact distance sphere:0.2@5,0,9 sphere:0.2@5,0,8").await;
     assert!((shapes[0]["distance"].as_f64().unwrap() - 0.6).abs() < 1e-9, "{shapes}");
-    // Overlaps and hits of a shape, with its place behind it or in an option.
+    // Overlaps and hits of a shape, with its place after it or in an option.
     let there = written(&daemon, "contact overlaps sphere:0.2@5,0,2.1").await;
     assert_eq!(there, json!([{ "robot": "high", "link": "link" }]));
     assert_eq!(written(&daemon, "contact overlaps sphere:0.2 --pose 5,0,2.1").await, there);

@@ -8,11 +8,11 @@ use tokio::net::TcpStream;
 
 use crate::floods::{DATA, END_HEADERS, END_STREAM, HEADERS, PREFACE, SETTINGS, frame, headers_of};
 
-/// The header `grpc-status: 4`, as HPACK has its texts (RFC 7541, appendix B), each behind its length.
+/// The header `grpc-status: 4`, as HPACK has its texts (RFC 7541, appendix B), each after its length.
 const STATUS_4: [u8; 11] = [0x88, 0x9a, 0xca, 0xc8, 0xb2, 0x12, 0x34, 0xda, 0x8f, 0x81, 0x6b];
 
-/// Makes a call with a deadline of 100 ms, and waits for status 4. The bytes are HTTP/2, since the timer of our
-/// client would answer in the daemon's place.
+/// Makes a call with a deadline of 100 ms, and waits for status 4. The bytes are HTTP/2, since the timer of
+/// our client would answer in the daemon's place.
 async fn ends_with_status_4(path: &str, request: &[u8]) {
     let daemon = crate::paused().await;
     let text = |text: &[u8]| [&[u8::try_from(text.len()).unwrap()][..], text].concat();

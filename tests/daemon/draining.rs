@@ -1,4 +1,4 @@
-//! SIGTERM and SIGINT end the daemon in good order, also with clients connected.
+//! SIGTERM and SIGINT end the daemon cleanly, also with clients connected.
 
 use std::time::Instant;
 

@@ -19,7 +19,7 @@ async fn calls_beyond_the_memory_limit_are_refused_and_the_world_is_saved() {
     for number in 0..40_u8 {
         let folder = home.path().join(format!("robot{number}"));
         std::fs::create_dir(&folder).unwrap();
-        // Binary STL with one triangle, and much behind it that differs from file to file.
+        // Binary STL with one triangle, and many bytes after it that differ from file to file.
         let mut mesh = vec![number; 8 << 20];
         mesh[80..84].copy_from_slice(&1_u32.to_le_bytes());
         std::fs::write(folder.join("part.stl"), mesh).unwrap();

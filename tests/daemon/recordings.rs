@@ -29,7 +29,7 @@ async fn a_daemon_without_a_folder_of_recordings_keeps_recordings_below_the_user
     assert!(recordings.join("run.mcap").is_file());
 }
 
-/// Commands and steps until the recording has so many bytes on the disk.
+/// Sends commands and steps until the recording has this many bytes on the disk.
 async fn fill(client: &Client, bytes: u64) {
     let robot = client.robots().await.unwrap()[0].name.clone();
     let joint = client.joint_layout(&robot).await.unwrap().joints[0].name.clone();

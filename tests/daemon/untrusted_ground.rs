@@ -134,7 +134,7 @@ async fn heights_that_are_none_are_a_sentence_and_take_no_memory() {
     let phrase = "\"picture.png\" is not read: it has 100000 by 100000 pixels";
     assert!(said.len() == 1 && said[0].contains(phrase), "{said:?}");
 
-    // A stream that continues behind the last pixel is not unpacked any further: the ground is loaded, and is
+    // A stream that continues after the last pixel is not unpacked any further: the ground is loaded, and is
     // flat.
     let spawned = load_mesh(&client, folder, "stream.png", &grey_png(8, [200, 200], &bomb)).await;
     assert_eq!(warnings(&spawned, "stream.png"), [""; 0]);

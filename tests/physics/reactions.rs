@@ -139,7 +139,7 @@ fn carried(world: &Simulation, robot: &str) -> Vec<[DVec3; 2]> {
     seen.joint_reactions(robot, world.settings().gravity).unwrap()
 }
 
-/// Two level rods that hold their position: at rest the joints carry the links behind them, torque included.
+/// Two level rods that hold their position: at rest the joints carry the links beyond them, torque included.
 /// 1e-6 allows for the remaining motion of the springs after two seconds.
 #[test]
 fn joints_of_a_robot_that_holds_itself_carry_its_weight() {
@@ -169,7 +169,7 @@ fn joints_of_a_falling_robot_carry_nothing_until_it_is_pushed() {
     for [force, torque] in carried(&world, "robot") {
         assert!(force.length() < 1e-9 && torque.length() < 1e-9, "{force} {torque}");
     }
-    // Along the rods: nothing turns, and each joint carries the force that moves the part behind it.
+    // Along the rods: nothing turns, and each joint carries the force that moves the part beyond it.
     apply(
         &mut world,
         Command::ApplyWrench(LinkWrench {

@@ -190,7 +190,7 @@ fn speed_at_the_wall() -> f64 {
 /// Restitution 0: it stops at the wall, and leans on it with `m g l sin q / d`: a torque balance, d along the
 /// rod to the edge. MuJoCo's default contacts let it in by 23 mm at the hit, the stiff ones by 0.6 mm.
 ///
-/// It may stop up to a step's motion before the wall, and never behind it.
+/// It may stop up to a step's motion before the wall, and never beyond it.
 #[test]
 fn a_pendulum_hits_a_wall_and_rests_against_it() {
     let known = known("a pendulum hits a wall");

@@ -64,7 +64,7 @@ fn prism(sides: u32, radius: f64, height: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (ends.collect(), walls.chain(caps).collect())
 }
 
-/// Puts a floor with a joint at x = 0, with a gap and a step up behind it. Its surface before the joint is z
+/// Puts a floor with a joint at x = 0, with a gap and a step up after it. Its surface before the joint is z
 /// = 0.
 fn lay(world: &mut Simulation, floor: Floor, gap: f64, step: f64) {
     let smooth = surface(0.0, 0.0);

@@ -302,7 +302,7 @@ impl Process {
         said(line, command).await
     }
 
-    /// Kills it, as a power cut would: it closes no connection in good order.
+    /// Kills it, as a power cut would: it closes no connection cleanly.
     ///
     /// # Panics
     /// Panics if it is gone already.

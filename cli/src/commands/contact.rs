@@ -68,7 +68,7 @@ pub(crate) struct Surface {
     /// touching surfaces applies
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     rolling_friction: Option<f64>,
-    /// Likewise against turning about the normal
+    /// Spinning friction, metres: bounds the torque about the normal in the same way
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     spinning_friction: Option<f64>,
     /// Stiffness of the spring at each contact point, N/m; 0 is rigid

@@ -1,7 +1,7 @@
 //! `simctl doctor`: checks an installation, and gives advice.
 //!
 //! * This file: arguments, the order of the checks, and the table of findings.
-//! * `daemon`: checks whether a daemon answers. `network`: likewise over Zenoh.
+//! * `daemon`: checks whether a daemon answers. `network`: the same over Zenoh.
 //! * `certificate`: certificates of TLS. `files`: tokens and keys that others must not read.
 //! * `machine`: resources for a daemon on this machine.
 

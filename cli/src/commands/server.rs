@@ -97,7 +97,7 @@ struct Info {
     version: String,
     /// `MAJOR.MINOR` of the daemon's schema.
     api_version: String,
-    /// Likewise for this client.
+    /// `MAJOR.MINOR` of this client's schema.
     client_api_version: String,
     name: String,
     features: Vec<String>,

@@ -72,7 +72,7 @@ pub enum Why {
     /// Judged by its extension.
     #[error("is not a mesh or an image by its name")]
     NotAMesh,
-    /// Likewise for the files that a xacro file names.
+    /// A file that a xacro file names, judged by its extension.
     #[error("is not a xacro or YAML file by its name")]
     NotASource,
     /// Several files, which differ only in capital letters.

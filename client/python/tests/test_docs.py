@@ -33,7 +33,7 @@ FAR = "tls/lab.example:7447"
 
 
 def blocks(page: Path) -> list[str]:
-    """Returns the page's blocks of Python, each behind blank lines, so that an error has the line of the
+    """Returns the page's blocks of Python, each after blank lines, so that an error has the line of the
     page."""
     text = page.read_text()
     found = re.finditer(r"^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)

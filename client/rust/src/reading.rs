@@ -90,7 +90,7 @@ impl RobotReading {
     }
 }
 
-/// Index of a joint's first position, number of its positions, and likewise for velocities.
+/// Index of a joint's first position, number of its positions, and the same for velocities.
 type Indices = (usize, usize, usize, usize);
 
 fn indices_in_layout(info: &JointInfo) -> Indices {

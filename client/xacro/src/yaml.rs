@@ -14,7 +14,7 @@ use crate::error::{Fault, not_supported, shown};
 use crate::limits;
 use crate::value::{Value, find, put};
 
-/// Computes the number behind a unit tag.
+/// Computes the number after a unit tag.
 pub(crate) type Evaluate<'e> = dyn FnMut(&str) -> Result<f64, Fault> + 'e;
 
 /// A line with content.

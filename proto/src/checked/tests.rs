@@ -76,7 +76,7 @@ fn a_map_of_empty_entries_is_weighed_by_its_nodes() {
 fn what_is_no_message_is_refused_before_it_is_decoded() {
     let malformed: [&[u8]; 6] = [
         &[0x0a, 0xff, 0xff, 0xff, 0xff, 0x0f],
-        // A list element that claims more bytes than its message has, with the rest behind it.
+        // A list element that claims more bytes than its message has, with the rest after it.
         &[0x0a, 2, 0x12, 100, 0, 0, 0, 0],
         &[0x0b, 0x0c],
         &[0x0f],

@@ -115,7 +115,7 @@ pub struct Material {
     pub restitution: Option<f64>,
     /// Rolling friction: torque per normal force, metres, at least 0.
     pub rolling_friction: Option<f64>,
-    /// Likewise against turning about the normal.
+    /// Spinning friction: torque about the normal per normal force, metres, at least 0.
     pub spinning_friction: Option<f64>,
     /// Stiffness of the spring at a contact point, N/m; 0 is rigid. Descriptions have none.
     pub contact_stiffness: Option<f64>,

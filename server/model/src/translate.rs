@@ -48,7 +48,7 @@ pub fn describe_with(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> 
     Ok(description)
 }
 
-/// Likewise, without the files that meshes name.
+/// Returns the description without the files that meshes name.
 fn describe_alone(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Result<Description, Refused> {
     if Format::of(bytes) == Format::Urdf {
         return urdf::describe(bytes, limits);

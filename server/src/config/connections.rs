@@ -69,7 +69,7 @@ impl Connections {
             ))
         };
         at_most("max_per_peer", self.max_per_peer, self.max)?;
-        // One is left for others.
+        // One connection remains for other addresses.
         at_most("loopback_reserve", self.loopback_reserve, self.max.saturating_sub(1))?;
         at_most("max_http1", self.max_http1, self.max)
     }

@@ -1,5 +1,6 @@
-//! Names of a Unix socket in requests. Clients on gRPC's C core name the daemon by the path of its socket, with `%2F` for `/`.
-//! h2 refuses that as an authority. The daemon does not use the name, so `-` takes the place of `%`.
+//! Names of a Unix socket in requests. Clients on gRPC's C core name the daemon by the path of its socket,
+//! with `%2F` for `/`. h2 refuses that as an authority. The daemon does not use the name, so `-` takes the
+//! place of `%`.
 
 use super::incoming::PREFACE;
 
@@ -24,9 +25,9 @@ pub(super) struct SocketNames {
 enum Place {
     #[default]
     Begin,
-    /// Behind so many bytes of the preface.
+    /// After this many bytes of the preface.
     Preface(usize),
-    /// Behind so many bytes before a payload.
+    /// After this many bytes of a frame's head, which are kept.
     Head([u8; HEAD], usize),
     Payload {
         left: usize,
@@ -38,10 +39,10 @@ enum Place {
 /// Position of the next byte in the header fields.
 #[derive(Debug)]
 enum Field {
-    /// Behind so many bytes that are as in the name.
+    /// After this many bytes that equal the name's.
     Name(usize),
     Length,
-    /// Behind a first byte, and so many more.
+    /// After the first byte of a long length and this many more bytes; the length so far.
     LongLength(usize, u32),
     Value(usize),
 }

@@ -9,14 +9,15 @@ use tracing::{Level, Metadata};
 /// Time between two lines of a crate.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// When each crate logged last, and how many lines were left out since. Names are of code, so there are only so many.
+/// When each crate logged last, and how many lines were left out since. Names come from code, so their number
+/// is bounded.
 #[derive(Debug, Default)]
 pub(super) struct Foreign(Mutex<HashMap<String, (Instant, u64)>>);
 
 /// Passage of a line through the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passage {
-    /// It is written, after a note on so many lines that were left out.
+    /// It is written, after a note with the number of omitted lines.
     Written(u64),
     LeftOut,
 }

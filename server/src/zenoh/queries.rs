@@ -271,7 +271,7 @@ type Outcome = Result<(&'static Method, Bytes), Status>;
 
 impl Calls {
     /// Sends the answers of a stream, each as a reply. It returns the last reply, which reports the end: `OK`
-    /// if the daemon ended it in good order, `DEADLINE_EXCEEDED` if its time is over. The daemon does not
+    /// if the daemon ended it properly, `DEADLINE_EXCEEDED` if its time is over. The daemon does not
     /// notice the end of a session that is not followed: a stream of one has less time.
     async fn stream_to(
         &self,

@@ -306,7 +306,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/saved_states")
 }
 
-/// The corpus is meant for the code behind the first checks: each of its files must get there.
+/// The corpus is meant for the code after the first checks: each of its files must get there.
 #[test]
 fn the_corpus_of_saved_states_is_what_daemons_write() {
     for (name, content) in scenes() {

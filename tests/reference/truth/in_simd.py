@@ -72,7 +72,7 @@ def properties(repository):
 
 
 def physics(repository, mark, arguments, variables=None):
-    """Runs tests of the physics suite. Returns their output behind a mark, and whether all of them passed."""
+    """Runs tests of the physics suite. Returns their output after a mark, and whether all of them passed."""
     command = [CARGO, "test", "--locked", "--workspace", "--test", "physics", "--", "--nocapture", *arguments]
     environment = os.environ | (variables or {})
     done = subprocess.run(command, cwd=repository, env=environment, stdout=subprocess.PIPE, text=True)

@@ -48,7 +48,7 @@ rest or go on evenly. Drift: how far a free body got from where the window found
 RESTING = """
 ## What feet carry
 
-Normal forces on the feet of robots that hold a pose by springs, after so many seconds, N. simd by the integrator that a world has.
+Normal forces on the feet of robots that hold a pose by springs, after a given number of seconds, N. simd uses the default integrator.
 
 | robot | foot | {engines} |
 |---|---|{columns}|

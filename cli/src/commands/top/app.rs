@@ -107,7 +107,7 @@ impl App {
         worlds.get(self.world_row(worlds)?)
     }
 
-    /// Likewise for robots of the chosen world.
+    /// Returns the row of the chosen robot; the first if none is chosen, or if it is gone.
     pub(super) fn robot_row(&self, world: &World) -> Option<usize> {
         row(&world.robots, |robot| Some(&robot.name) == self.robot.as_ref())
     }

@@ -37,7 +37,7 @@ class Surface:
     """Damping k of the link's own motion, 1/s: a mass m that moves at v gets the force -m k v (1 + |v|). `None` does not
     change it."""
     angular_damping: float | None = None
-    """Likewise of its angular motion, 1/s."""
+    """Damping k' of the link's angular motion, 1/s: the torque is -I k' w (1 + |w|). `None` does not change it."""
 
 
 Surfaces = Union[Surface, Mapping[str, Surface]]

@@ -25,7 +25,7 @@ export class Copies {
   private readonly product = new Matrix4();
   private readonly sphere = new Sphere();
 
-  /** `sufficient` returns the triangles that look equal where a metre has so many pixels. */
+  /** `sufficient` returns the triangles that look equal at this number of pixels per metre. */
   constructor(private readonly sufficient: (geometry: BufferGeometry, pixels: number) => BufferGeometry = (geometry) => geometry) {}
 
   /** Finds equal meshes among the visible ones. Called for each picture, so that a mesh may change its material or vanish at any time. */

@@ -53,7 +53,7 @@ export class Primitives {
   }
 }
 
-/** Returns the triangles of a primitive, of so many sides if it is round; the caller disposes of them. */
+/** Returns the triangles of a primitive, with this number of sides if it is round; the caller disposes of them. */
 export function triangles(primitive: Primitive, sides = ROUND): BufferGeometry {
   switch (primitive.kind) {
     case "box":

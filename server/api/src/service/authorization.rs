@@ -224,9 +224,9 @@ pub enum Answer<F> {
     },
     /// A refusal.
     Denied {
-        /// Before it is said.
+        /// Wait before the refusal is sent.
         wait: Option<Pin<Box<Sleep>>>,
-        /// Until it was said.
+        /// The refusal; `None` once it is sent.
         refusal: Option<Response<Body>>,
     },
 }

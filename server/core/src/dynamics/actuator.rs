@@ -86,7 +86,7 @@ pub struct AxisSettings {
     /// Whether position targets act at once, within the limit of velocity. Otherwise the setpoint follows a
     /// profile.
     pub is_direct: bool,
-    /// Whether position, velocity and hold targets get the effort that holds the links behind the joint
+    /// Whether position, velocity and hold targets get the effort that holds the links beyond the joint
     /// against gravity.
     pub gravity_compensation: bool,
     /// M_ii at the spawn pose, with armature. It sets the default gains.

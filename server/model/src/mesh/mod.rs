@@ -58,7 +58,7 @@ pub(crate) fn read(uri: &str, bytes: &[u8], beside: &Beside) -> Result<Content, 
     }
 }
 
-/// Likewise, as an asset of a robot.
+/// Reads a mesh like [`read`], as an asset of a robot.
 pub(crate) fn asset(uri: &str, sha256: Sha256, bytes: &[u8], beside: &Beside) -> Result<MeshAsset, String> {
     let Content { triangles: (vertices, triangles), paints, grid } = read(uri, bytes, beside)?;
     Ok(MeshAsset { sha256, vertices, triangles, paints, files: beside.files.clone(), grid })

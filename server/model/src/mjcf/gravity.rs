@@ -1,6 +1,6 @@
 //! `gravcomp`: bodies whose weight something else carries.
 //!
-//! MuJoCo pushes such a body upwards. In simd an actuator holds the weight of all links behind its joint, so
+//! MuJoCo pushes such a body upwards. In simd an actuator holds the weight of all links beyond its joint, so
 //! this is read for joints that carry only compensated bodies.
 
 use super::body::Body;

@@ -142,7 +142,7 @@ pub(crate) struct DraftDrive {
     pub(crate) command: Option<&'static str>,
     pub(crate) stiffness: Option<f64>,
     pub(crate) damping: Option<f64>,
-    /// Whether position and velocity targets hold the weight of the links behind the joint.
+    /// Whether position and velocity targets hold the weight of the links beyond the joint.
     pub(crate) gravity_compensation: bool,
 }
 

@@ -117,7 +117,7 @@ impl Findings {
         self.push(Severity::Warning, disposition, Location { node, file: None }, true, || message.into());
     }
 
-    /// Likewise for a file that an element names; a strict load may accept it.
+    /// Adds such a finding about a file that an element names; a strict load may accept it.
     pub(crate) fn warn_of_file(
         &mut self,
         node: Node,

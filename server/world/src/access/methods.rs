@@ -46,13 +46,13 @@ impl fmt::Display for Concern {
 pub enum Claims {
     /// None.
     None,
-    /// Those on the joints that it names, and on their robots.
+    /// Claims on the joints that it names, and on their robots.
     Joints,
-    /// Those on the robots that it names, and on their joints.
+    /// Claims on the robots that it names, and on their joints.
     Robots,
-    /// Those on the world.
+    /// Claims on the world.
     World,
-    /// Those on the world, and any other if the caller has not claimed the world.
+    /// Claims on the world, and any other claim if the caller has not claimed the world.
     All,
 }
 

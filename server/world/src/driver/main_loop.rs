@@ -110,7 +110,7 @@ impl<W: World> Driver<W> {
 
     /// Returns whether a call may go before a step that is due.
     fn may_serve(&mut self) -> bool {
-        // The call that interrupted the step is in the mailbox, behind others.
+        // The call that interrupted the step is in the mailbox, after others.
         if self.before_retry > 0 && self.inbox.has_interrupting() {
             self.before_retry -= 1;
             return true;

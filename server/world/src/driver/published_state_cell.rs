@@ -36,7 +36,7 @@ pub(crate) struct PublishedStateCell {
     epoch: Instant,
     /// Start of the present step, nanoseconds after the epoch and at least 1; 0 between steps.
     step_began: AtomicU64,
-    /// Start of the driver's present step or command, likewise; 0 while it waits.
+    /// Start of the driver's present step or command, in the same form; 0 while it waits.
     work_began: AtomicU64,
     /// Durations of steps.
     pub(crate) step_durations: Histogram,

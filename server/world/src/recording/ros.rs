@@ -107,7 +107,7 @@ fn describe(
     Ok(())
 }
 
-/// Returns the transforms of a robot's links in their parents: of links behind fixed joints, or of all
+/// Returns the transforms of a robot's links in their parents: of links on fixed joints, or of all
 /// others. The root link counts as moving, since any robot can be moved.
 fn transforms(
     entity: &EntityLayout,

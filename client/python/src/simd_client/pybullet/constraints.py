@@ -35,7 +35,7 @@ class Constraint:
     child: int
     child_link: int
     axis: Vector
-    # inertia_from_constraint of the body; the child's likewise, or world_from_constraint.
+    # inertia_from_constraint of the body; the same for the child, or world_from_constraint.
     parent_frame: Pose
     child_frame: Pose
     force: float = 500.0

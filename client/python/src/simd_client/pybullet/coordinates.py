@@ -170,7 +170,7 @@ def unused_columns(body: Body) -> list[int]:
 
 
 def _joint_columns(body: Body, wide: bool) -> Iterator[tuple[BodyJoint, int]]:
-    """Each joint, with the index of its first value behind the base's."""
+    """Each joint, with the index of its first value after the base's."""
     at = 0
     for joint in body.joints:
         yield joint, at

@@ -77,7 +77,7 @@ def _keep_reader(body: Body, wanted: list[int]) -> None:
     joints = [body.joints[index] for index in wanted]
     if len(joints) < 2 or any(joint.ball is not None or joint.sensor for joint in joints):
         return
-    # Joints without one value use the entry behind those of all joints.
+    # Joints without one value use the entry after those of all joints.
     q = itemgetter(*(joint.position_index if joint.width == 1 else -1 for joint in joints))
     u = itemgetter(*(joint.velocity_index if joint.width == 1 else -1 for joint in joints))
     carried = (NOTHING,) * len(joints)

@@ -88,7 +88,7 @@ pub(super) struct Feet<S: Simd> {
     before: Vec<FootContact<S>>,
     /// Combined surfaces, by lane, then by pair.
     surfaces: Vec<Surface>,
-    /// Pairs of each body with so many of them that the world may sum its responses differently, see
+    /// Pairs of each body with many pairs, for which the world may sum its responses differently, see
     /// [`MANY`].
     crowded: Vec<Vec<usize>>,
     /// Numbers of contacts for which the world does not solve directly.

@@ -251,7 +251,7 @@ impl Entity {
     }
 
     /// Ends a trajectory. Its joints hold their positions, except those that already have a new target.
-    /// Trajectories queued behind it are cancelled with it.
+    /// Trajectories queued after it are cancelled with it.
     fn end_trajectory(&mut self, index: usize, end: TrajectoryEnd, except: &[usize]) {
         let trajectory = &self.state.trajectories[index];
         if trajectory.ended.is_some() {

@@ -189,7 +189,7 @@ pub(super) fn whole(node: Node, word: &str) -> Result<usize, String> {
     word.parse().map_err(|_| at(node, &format!("{} is not a whole number that fits", shown(word))))
 }
 
-/// Likewise for an attribute, with a default.
+/// Parses an attribute like [`whole`], with a default.
 pub(super) fn attribute(node: Node, name: &str, default: usize) -> Result<usize, String> {
     node.attribute(name).map_or(Ok(default), |word| whole(node, word.trim()))
 }
