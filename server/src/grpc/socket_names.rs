@@ -42,7 +42,7 @@ enum Field {
     /// After this many bytes that equal the name's.
     Name(usize),
     Length,
-    /// After the first byte of a long length and this many more bytes; the length so far.
+    /// Within a length of several bytes: its value so far, and the shift of the next byte.
     LongLength(usize, u32),
     Value(usize),
 }
