@@ -126,7 +126,7 @@ test("a change of mode does not jerk: the new target starts from what the joint 
   expect(Math.abs(velocity)).toBeLessThan(0.05);
 });
 
-test("what is moved by others moves the slider", async () => {
+test("targets of other clients move the slider", async () => {
   const tab = await Tab.open(context, daemon.url);
   await daemon.aim("bench_arm", { shoulder: -0.8 });
   await expect.poll(() => tab.page.getByTestId("number").first().inputValue()).toContain("-0.8");

@@ -73,7 +73,7 @@ test("undo leaves a robot alone that another client has called the same since", 
   expect(await names(daemon)).toEqual(["crate"]);
 });
 
-test("what is wrong with a number is said where it is", async () => {
+test("an invalid number is reported at its field", async () => {
   const daemon = await paused();
   await redBox(daemon, "crate");
   const tab = await Tab.open(await use.context(), daemon.url);
@@ -178,7 +178,7 @@ test("a package of xacro is expanded with its arguments, and its meshes are foun
   }
 });
 
-test("what is wrong with a xacro is said with its file and line", async () => {
+test("an error in a xacro is reported with its file and line", async () => {
   const daemon = await paused();
   await redBox(daemon, "crate");
   const tab = await Tab.open(await use.context(), daemon.url);

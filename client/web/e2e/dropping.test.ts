@@ -99,7 +99,7 @@ test("a file is chosen beside a folder", async () => {
   await expect.poll(names).toEqual(["one"]);
 });
 
-test("of many descriptions those are chosen that are wanted, and they stand side by side", async () => {
+test("the chosen ones of many descriptions are loaded, side by side", async () => {
   for (let index = 0; index < 12; index += 1) await write(`robots/urdf/robot_${index}.urdf`, urdf(`robot_${index}`, index + 1, 3));
   await write("robots/launch/show.xml", "<launch/>");
   await write("robots/scene.xml", "<mujoco><worldbody><body/></worldbody></mujoco>");

@@ -35,7 +35,7 @@ test("ground of 200 m does not decide the first view", async () => {
   await tab.picture("ground-wide");
 });
 
-test("where robots would fall, ground is offered, and holds them", async () => {
+test("if robots would fall, ground is offered, and holds them", async () => {
   const daemon = await use.daemon(Daemon.start([]));
   await daemon.simulation.setSimulationState({ state: SimulationState.PAUSED });
   await ball(daemon, 0.5);

@@ -47,7 +47,7 @@ test("the structure shows each link and joint with its figures", async () => {
   expect(await tab.violations()).toEqual([]);
 });
 
-test("who has claimed a robot, and what its sensors measure, is beside it in the picture", async () => {
+test("holders of claims and readings of sensors are drawn at the robot", async () => {
   const daemon = await humanoid();
   await daemon.sensors.createSensor({ sensor: { robot: "humanoid", name: "balance", rate: 50, kind: { case: "imu", value: {} } } });
   const { layout } = await daemon.joints.getJointLayout({ robot: "humanoid" });
@@ -63,7 +63,7 @@ test("who has claimed a robot, and what its sensors measure, is beside it in the
   await tab.picture("claims-and-readings");
 });
 
-test("centres of mass are where the masses of the links put them, and names are beside the links", async () => {
+test("centres of mass follow from the masses of the links, and names are next to the links", async () => {
   const daemon = await humanoid();
   const tab = await Tab.open(await use.context(), daemon.url);
   for (const key of ["m", "a", "n"]) await tab.page.keyboard.press(key);

@@ -47,7 +47,7 @@ test("the place of a base and the force on a link are plotted, kept over a reloa
   await expect.poll(() => tab.page.getByTestId("series-plot").count()).toBe(2);
 });
 
-test("a contact has its force beside it", async () => {
+test("the force of a contact is shown next to it", async () => {
   const daemon = await lying();
   const tab = await Tab.open(await use.context(), daemon.url);
   await tab.page.keyboard.press("k");
@@ -74,7 +74,7 @@ test("a contact has its force beside it", async () => {
   expect(await tab.violations()).toEqual([]);
 });
 
-test("what a lidar has met is points in the picture", async () => {
+test("hits of a lidar are points in the picture", async () => {
   const daemon = await lying();
   const wall = { geometry: { case: "box", value: { size: { x: 0.2, y: 6, z: 2 } } }, mass: 1 } as const;
   await daemon.entities.spawnEntity({ name: "wall", base: Base.FIXED, pose: { position: { x: 2, y: 0, z: 1 } }, source: { source: { case: "primitive", value: wall } } });

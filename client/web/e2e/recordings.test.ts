@@ -101,7 +101,7 @@ function close(pose: readonly number[], other: readonly number[]): void {
   pose.forEach((value, index) => expect(Math.abs(value - (other[index] ?? NaN))).toBeLessThan(2e-6));
 }
 
-test("what was recorded is played at once as a ghost, with the joints that the daemon had", async () => {
+test("a recording plays at once as a ghost, with the daemon's joints", async () => {
   const tab = await Tab.open(await use.context(), daemon.url);
   const seen = await record(tab, 30);
   // The world moves elsewhere: the ghost does not follow it.
@@ -204,7 +204,7 @@ test("the list says what is in a recording, saves and deletes it", async () => {
   expect((await daemon.recordings.listRecordings({})).recordings).toEqual([]);
 });
 
-test("a file is played from this machine; what is not a recording is refused with a sentence", async () => {
+test("a file of this machine is played; another file is refused with a sentence", async () => {
   const tab = await Tab.open(await use.context(), daemon.url);
   const seen = await record(tab, 10);
   const [recording] = (await daemon.recordings.listRecordings({})).recordings;

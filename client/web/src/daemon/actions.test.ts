@@ -47,7 +47,7 @@ test("a target is undone and redone", async () => {
   expect(toasts.value.map(({ kind }) => kind)).toEqual(["info", "info"]);
 });
 
-test("what the daemon refuses of an undo or a redo was not done, and is said", async () => {
+test("an undo or redo that the daemon refuses is not counted as done, and the page says so", async () => {
   await setTarget(elbow, { mode: "position", value: 1 }, { mode: "position", value: 0.25 });
   refused = true;
   await undo();

@@ -45,7 +45,7 @@ test("rows that are moved together are one target", () => {
   ]);
 });
 
-test("what was sent counts until the daemon has had time to say so", () => {
+test("a sent target counts until the daemon has had time to confirm it", () => {
   const balls = new BallTargets();
   balls.of([{ axis: axis(0), mode: "position", value: 1 }], state("position"), 0);
   const set = (now: number): unknown => balls.of([{ axis: axis(1), mode: "position", value: 2 }], state("position"), now)[0]?.values;

@@ -144,7 +144,7 @@ test("an undo that is asked for before the daemon has answered takes back the ch
   expect([...world.keys()]).toEqual(["first"]);
 });
 
-test("what was removed and brought back is doubled as it was asked for", async () => {
+test("a robot that was removed and restored is duplicated as it was requested", async () => {
   await bringIn(crate);
   await takeOut("crate");
   await undo();

@@ -14,7 +14,7 @@ test("a message that begins with a name is not capitalised", () => {
   expect(messageOf(new ConnectError("`arm/elbow` is claimed by demo.", Code.FailedPrecondition))).toBe("`arm/elbow` is claimed by demo.");
 });
 
-test("what a role forbids is said without the method that was called", () => {
+test("a refusal because of a role does not name the called method", () => {
   const refusal = new ConnectError("the token of anna has the role viewer, and SetJointTargets needs the role operator", Code.PermissionDenied);
   expect(messageOf(refusal)).toBe("Your token has the role viewer, and this needs the role operator.");
 });

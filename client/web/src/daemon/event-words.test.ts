@@ -26,7 +26,7 @@ test("an event that is not known is said to be one", () => {
   expect(wordsOf(fromBinary(EventSchema, newer)).text).toContain(UNKNOWN);
 });
 
-test("what a person should look at is a warning", () => {
+test("events that need attention are warnings", () => {
   const words = (kind: Parameters<typeof create<typeof EventSchema>>[1]) => wordsOf(create(EventSchema, kind));
   const stopped = { recording: "run", cause: RecordingEndCause.STOPPED, message: "it was stopped" };
   expect(words({ kind: { case: "recordingEnded", value: stopped } })).toEqual({ text: "The recording run ended", isWarning: false });

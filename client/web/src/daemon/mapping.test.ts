@@ -90,14 +90,14 @@ describe("scenes", () => {
   });
   const links = [{ name: "base" }, { name: "plate", parent: "base" }, { name: "arm", parent: "plate" }, { name: "tool", parent: "arm" }];
 
-  test("of a fixed robot, links below a moving joint can move", () => {
+  test("links below a moving joint of a fixed robot can move", () => {
     const entity = create(EntityInfoSchema, { name: "r", base: Base.FIXED, links });
     const scene = sceneOf(entity, layout, create(RobotSceneSchema));
     expect(scene.links.map((link) => link.movable)).toEqual([false, false, true, true]);
     expect(scene.links.map((link) => link.parent)).toEqual([-1, 0, 1, 2]);
   });
 
-  test("of a free robot, all links can move", () => {
+  test("all links of a free robot can move", () => {
     const entity = create(EntityInfoSchema, { name: "r", base: Base.FREE, links });
     expect(sceneOf(entity, layout, create(RobotSceneSchema)).links.every((link) => link.movable)).toBe(true);
   });

@@ -24,7 +24,7 @@ test("colours are shown as they are, packed or not", async () => {
   }
 });
 
-test("what is near is light, and where nothing is seen it is black", async () => {
+test("near surfaces are light, and the background is black", async () => {
   const shown = await shownOf(create(CameraPictureSchema, { ...SIZE, depth: packed(metres(2.5, Infinity)) }));
   expect([...shown.pixels]).toEqual([191, 191, 191, 255, 0, 0, 0, 255]);
 });

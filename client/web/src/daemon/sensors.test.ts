@@ -24,7 +24,7 @@ test("a sensor of a joint is on it, and one without a rate measures each step", 
   expect(sensorOf(create(SensorInfoSchema, { sensor }))).toEqual({ robot: "arm", name: "wrist", kind: "force-torque", on: "elbow", rate: undefined, unavailable: "" });
 });
 
-test("of a scan the nearest hit is said, and the newest reading counts", () => {
+test("a scan shows its nearest hit, and the newest reading counts", () => {
   const scan = (ranges: number[]) => ({ measurement: { case: "lidar" as const, value: { ranges, columns: ranges.length } } });
   const readings = create(SensorReadingsSchema, { robot: "arm", sensor: "eye", readings: [scan([1]), scan([2, Infinity, -Infinity, NaN, 1.5])] });
   const silent = create(SensorReadingsSchema, { robot: "arm", sensor: "camera" });

@@ -2,7 +2,7 @@
 import { expect, test, vi } from "vitest";
 import { Throttle } from "./throttle";
 
-test("of many calls the first and the last are made, and the last after the interval", async () => {
+test("the first and the last of many calls are made, and the last after the interval", async () => {
   vi.useFakeTimers();
   try {
     const throttle = new Throttle(50);

@@ -22,7 +22,7 @@ test("a zip without a folder of its own is one, as packages are found by the nam
   expect(await paths("other/a.urdf", "other/a.stl")).toEqual(["other/a.urdf", "other/a.stl"]);
 });
 
-test("what systems add is left out, and names lead nowhere else", async () => {
+test("files that systems add are left out, and names do not lead outside", async () => {
   expect(await paths("d/", "d/a.urdf", "__MACOSX/d/._a.urdf", "d/.git/config")).toEqual(["d/a.urdf"]);
   expect(await paths("d/../../x/a.urdf", "/d/b.urdf", "d\\c.urdf")).toEqual(["d/x/a.urdf", "d/b.urdf", "d/c.urdf"]);
 });
@@ -40,7 +40,7 @@ test("a file that is longer or shorter than the list says is damaged", async () 
   await expect(open([{ name: "d/a", bytes }], ZIP_LIMITS, 2)).rejects.toThrow("arm.zip is damaged");
 });
 
-test("what is not a zip, or encrypted, is said to be so", async () => {
+test("a file that is not a zip, or is encrypted, is refused with that reason", async () => {
   await expect(openZip(new File(["<robot/>"], "arm.zip"))).rejects.toThrow("arm.zip is not a zip file");
   await expect(open([{ name: "d/a", bytes: "x", flags: 1 }])).rejects.toThrow("d/a in arm.zip is encrypted");
 });

@@ -41,7 +41,7 @@ test("a filter finds all of its words in any order and any case", () => {
   expect(matches("anything", "  ")).toBe(true);
 });
 
-test("what a filter found is marked, wherever it is, and the name stays whole", () => {
+test("the match of a filter is marked anywhere in a name, and the name stays whole", () => {
   const marked = (name: string, filter: string) => foundIn(name, filter).map(({ text, found }) => (found ? `[${text}]` : text)).join("");
   expect(marked("left_shoulder_pitch", "PITCH left")).toBe("[left]_shoulder_[pitch]");
   expect(marked("aaa", "aa")).toBe("[aaa]");

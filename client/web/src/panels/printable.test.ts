@@ -7,7 +7,7 @@ test("hidden characters are written out", () => {
   expect(printable("arm\u202e\u200b\u0007\u{e0041}")).toBe("arm\\u{202e}\\u{200b}\\u{7}\\u{e0041}");
 });
 
-test("what is shown stays, in any script", () => {
+test("visible characters stay, in any script", () => {
   for (const text of ["", "shoulder_joint-1", "手首 é \u{1f916}", "two\nlines"]) expect(printable(text)).toBe(text);
 });
 

@@ -99,7 +99,7 @@ test("an invalid unit gives a message with valid ones", () => {
   for (const text of ["", "abc", "deg", "--1", "1/0"]) expect(typeof parse(text, "angle", "position", rad), text).toBe("string");
 });
 
-test("what is shown has fixed places, and no negative zero", () => {
+test("shown numbers have fixed places, and no negative zero", () => {
   expect(digits(-0.0001, rad)).toBe("0.000");
   expect(digits(Math.PI / 2, deg)).toBe("90.00");
   expect(digits(0.5, rad)).toBe("0.500");

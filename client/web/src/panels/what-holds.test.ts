@@ -28,14 +28,14 @@ test("a paused world, a limit and a saturated actuator are said with their numbe
   expect(whatHolds({ ...free, flags: 1 })?.sentence).toContain("20 N m");
 });
 
-test("what blocks a joint is named, and said before the effort that it takes", () => {
+test("the blocking link is named, before the effort", () => {
   expect(whatHolds({ ...free, flags: 1, blockedBy: "crate" })).toEqual({
     word: "blocked by crate",
     sentence: "crate blocks it: it touches a link that this joint moves",
   });
 });
 
-test("what holds all of a robot is said before what holds one of its joints", () => {
+test("a reason for the whole robot is shown before a reason for one joint", () => {
   const all = { ...free, flags: 7, world: "paused", disabledReason: "its state was not finite" } as const;
   expect(whatHolds(all)).toEqual({ word: "disabled", sentence: "Its robot is disabled: its state was not finite. A reset brings it back" });
   expect(whatHolds({ ...all, disabledReason: "" })?.word).toBe("paused");

@@ -22,7 +22,7 @@ test("a daemon that listens only for its own machine, and one without Zenoh, are
   expect(wayOf(ways([]), "lab", false)).toEqual({ kind: "off" });
 });
 
-test("what is no such document says nothing", () => {
+test("another document gives no address", () => {
   for (const document of [null, "text", {}, []]) expect(wayOf(document, "lab", false)).toBeUndefined();
   expect(wayOf({ zenoh: "tcp/127.0.0.1:7447" }, "lab", false)).toEqual({ kind: "off" });
 });

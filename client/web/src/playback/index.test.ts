@@ -9,7 +9,7 @@ vi.mock("./PlaybackBar", () => ({ PlaybackBar: () => null }));
 vi.mock("./PlaybackPlots", () => ({ PlaybackPlots: () => null }));
 vi.mock("./casting", () => ({ Casting: class { ghosts = () => null } }));
 
-test("of two that are opened one after the other the later one is shown, though it is read first", async () => {
+test("the later of two opened recordings is shown, even if it is read first", async () => {
   const source = fileSource(Object.assign(new Blob([await recording({ states: 20 })]), { name: "run.mcap" }));
   let answer = (): void => undefined;
   const held = new Promise<void>((resolve) => (answer = resolve));

@@ -32,7 +32,7 @@ test("the joints of the robot that is shown are recorded before a plot shows the
   expect([...recording.column(columnOf("arm/j1", "position"))]).toEqual([1, 1.1, 1.2]);
 });
 
-test("of robots that are not shown only plotted joints are recorded", () => {
+test("only plotted joints are recorded for robots that are not shown", () => {
   const other = { ...axis("k", 0), key: "other/k", robot: "other" };
   const idle = { ...axis("l", 0), key: "other/l", robot: "other" };
   robots.value = [...robots.value, { name: "other", model: "", layoutVersion: 1n, axes: [other, idle], links: [], disabledReason: "", claimedBy: "", mass: 1 }];
@@ -79,7 +79,7 @@ test("the file has units in its header, and no target where nothing drives the j
   ]);
 });
 
-test("where the mode changed no one unit fits the target, and the header says so", () => {
+test("if the mode changed, no single unit fits the target, and the header says so", () => {
   addPlot("arm/j0");
   show(0);
   show(0.5, "velocity");

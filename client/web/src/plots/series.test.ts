@@ -48,7 +48,7 @@ test("sensors, parameters and statistics are there by their names", () => {
   expect(plotted("real-time factor")).toBe(0);
 });
 
-test("what is gone has no value", () => {
+test("a series of a deleted robot has no value", () => {
   const { key } = catalogue.value.find(({ label }) => label === "body x") ?? { key: "" };
   robots.value = [];
   expect(valueOf(key, state(1, 0.5), null)).toBeNaN();

@@ -11,7 +11,7 @@ test("a time is found between samples", () => {
   expect(firstAt(times, 99)).toBe(101);
 });
 
-test("what is shown reaches beyond both edges by one sample", () => {
+test("the shown samples reach beyond both edges by one", () => {
   expect(indicesBetween(times, { min: 2, max: 3 })).toEqual({ from: 19, to: 31 });
   expect(indicesBetween(times, { min: -5, max: 50 })).toEqual({ from: 0, to: 101 });
   expect(indicesBetween([], { min: 0, max: 1 })).toEqual({ from: 0, to: 0 });

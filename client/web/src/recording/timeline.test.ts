@@ -138,7 +138,7 @@ test("chunks are kept within bounds, and read again", async () => {
   expect(reads).toBe(before);
 });
 
-test("what a lost daemon does not give is asked for again, a second later, and is not a gap", async () => {
+test("a chunk that a lost daemon does not send is requested again a second later, and is not a gap", async () => {
   const bytes = await recording({ states: 200 });
   let isLost = false;
   let reads = 0;

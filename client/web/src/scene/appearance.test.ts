@@ -30,7 +30,7 @@ function draw(interval: number): void {
   for (let picture = 0; picture < 30; picture += 1) appearance.measure(picture * interval, true, true);
 }
 
-test("where the processor draws, light is computed at corners and the grid is made of lines", () => {
+test("if the processor draws, light is computed at corners and the grid is made of lines", () => {
   expect([appearance.quality, isCheap, ground.material.customProgramCacheKey()]).toEqual(["low", true, "corners"]);
   const { version } = ground.material;
   appearance.choose("high");
@@ -49,7 +49,7 @@ test("pictures that come too slowly have half of them while something moves, and
   expect([appearance.setPixels(false), ratio]).toEqual([false, 1]);
 });
 
-test("who chooses the high quality gets it, however slow", () => {
+test("the chosen high quality stays, however slow it is", () => {
   appearance.choose("high");
   draw(60);
   expect([appearance.setPixels(true), ratio]).toEqual([false, 1]);

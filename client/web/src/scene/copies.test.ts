@@ -77,7 +77,7 @@ test("transparent meshes are drawn each by itself: their order counts", () => {
   expect(all.some(isCopied)).toBe(false);
 });
 
-test("what the camera does not see is left out, unless it may cast a shadow", () => {
+test("meshes outside of the view are left out, unless they may cast a shadow", () => {
   for (const x of [0, 1, 2, 3, 50, -50]) add(x);
   expect(drawn()).toEqual([0, 1, 2, 3]);
   expect(drawn(true)).toEqual([-50, 0, 1, 2, 3, 50]);

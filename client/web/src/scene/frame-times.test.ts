@@ -35,7 +35,7 @@ test("there is time to draw more where most pictures come fast, and it was too m
   expect([few.isFast(), few.isLate()]).toEqual([false, false]);
 });
 
-test("what was slow is forgotten", () => {
+test("slow pictures are forgotten", () => {
   const times = after(() => 60);
   times.forget();
   expect(times.isSlow()).toBe(false);

@@ -32,7 +32,7 @@ test("one that is turned has the same axes, turned", () => {
   expect(Math.abs(longest?.clone().normalize().dot(new Vector3().setFromMatrixColumn(turn, 0)) ?? 0)).toBeCloseTo(1, 9);
 });
 
-test("what has no mass has none, and impossible inertias a thin one", () => {
+test("a link without mass has no ellipsoid, and an impossible inertia a thin one", () => {
   expect(ellipsoidOf(0, [0, 0, 0], [1, 0, 0, 1, 0, 1])).toBeUndefined();
   expect(ellipsoidOf(1, [0, 0, 0], [0, 0, 0, 0, 0, 0])).toBeUndefined();
   const thin = ellipsoidOf(1, [0, 0, 0], [10, 0, 0, 1, 0, 1]);

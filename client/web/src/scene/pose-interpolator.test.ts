@@ -57,7 +57,7 @@ test("the interpolation between rare states has a bounded duration", () => {
   expect(xAt(interpolator, 350)).toBe(1);
 });
 
-test("where no link moves there is nothing to interpolate, and the newest state is reached at once", () => {
+test("if no link moves, nothing is interpolated, and the newest state is shown at once", () => {
   const interpolator = new PoseInterpolator();
   interpolator.push(state(1, 0, 0));
   interpolator.push(state(2, 16, 1));

@@ -37,7 +37,7 @@ test("a table is framed with its arm, and a hall is not", () => {
   expect(isGround(hall.scene, hall.box)).toBe(true);
 });
 
-test("what moves is never ground, and neither is what is only seen", () => {
+test("moving shapes and visuals are never ground", () => {
   expect(isGround(thing(true), box(200, 200, 0))).toBe(false);
   expect(isGround({ ...thing(false), collisions: [], colliders: [] }, box(200, 200, 0))).toBe(false);
 });

@@ -13,7 +13,7 @@ test("moves that follow each other are one, and nothing else is left out", () =>
   expect(takeInput()).toEqual([]);
 });
 
-test("of too many events the newest wait", () => {
+test("if there are too many events, the newest wait", () => {
   for (let count = 0; count < 1000; count += 1) pushInput(key(count % 2 === 0));
   pushInput(move(7));
   const taken = takeInput();

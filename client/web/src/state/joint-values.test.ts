@@ -41,7 +41,7 @@ describe("angles", () => {
     }
   });
 
-  test("of what is not an orientation are zero", () => {
+  test("are zero for values that are not an orientation", () => {
     expect(rollPitchYaw([0, 0, 0, 0])).toEqual([0, 0, 0]);
     expect(rollPitchYaw([NaN, 0, 0, 1])).toEqual([0, 0, 0]);
   });

@@ -35,7 +35,7 @@ test("camera, robot, layers and plots are as they were, and what is a user's own
   expect([view.selectedRobot.value, view.plottedSlots.value, view.theme.value]).toEqual(["arm 1", [["arm 1/elbow & co", 3]], "light"]);
 });
 
-test("what a link has that cannot be is left as it is", () => {
+test("invalid parts of a link change nothing", () => {
   expect(followLink("")).toBe(false);
   expect(followLink("#elsewhere")).toBe(false);
   expect(followLink("#view={broken")).toBe(true);

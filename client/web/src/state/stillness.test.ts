@@ -17,7 +17,7 @@ function frame(more: { z?: number; position?: number; target?: number; epoch?: b
   };
 }
 
-test("what differs by less than is drawn is still", () => {
+test("a difference too small to be drawn counts as still", () => {
   expect(isStill(frame(), frame({ z: 1e-7, position: 0.50001 }))).toBe(true);
 });
 

@@ -5,7 +5,7 @@ import { clients } from "./world";
 
 const other = { name: "another page", isCaller: false } as (typeof clients.value)[number];
 
-test("who has come since the page last asked is asked about, and a second click meanwhile does nothing", async () => {
+test("clients that connected since the last request count, and a second click meanwhile does nothing", async () => {
   clients.value = [];
   let arrive = (): void => undefined;
   const came = new Promise<void>((resolve) => (arrive = resolve));

@@ -29,7 +29,7 @@ test("the newest change is undone first, and redone first", async () => {
   expect(future.value.map(({ what }) => what)).toEqual(["b"]);
 });
 
-test("what is asked for while another is on its way comes after it", async () => {
+test("an undo during another one comes after it", async () => {
   let finish = (): void => undefined;
   changed({ what: "slow", undo: () => new Promise<void>((resolve) => (finish = resolve)), redo: async () => void done.push("redo slow") });
   const [first, second] = [undo(), redo()];
@@ -73,7 +73,7 @@ test("changes of one thing within a second are one, which goes back to before th
   expect(done).toEqual(["undo later", "undo first", "redo third"]);
 });
 
-test("what cannot be undone is said, and does not stand in the way", async () => {
+test("a change that cannot be undone is reported, and does not block earlier ones", async () => {
   changed(change("a"));
   changed({ ...change("b"), undo: () => Promise.reject(new Error("robot b is gone.")) });
   await undo();
