@@ -259,7 +259,7 @@ fn comments_are_plain() {
         let path = file.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
         // Other scripts have texts in the form of docstrings.
         let is_client = ending == "py" && path.starts_with("client/python/src/");
-        if is_client || ["rs", "ts", "tsx"].contains(&ending) {
+        if is_client || ["proto", "rs", "ts", "tsx"].contains(&ending) {
             found.extend(wrong(&path, blocks(&comments(ending, &fs::read_to_string(&file).unwrap()))));
         }
     }

@@ -29,7 +29,7 @@ pub struct Pose {
     /// Absent is the origin.
     #[prost(message, optional, tag = "1")]
     pub position: ::core::option::Option<Vector3>,
-    /// Absent is no rotation.
+    /// Absent: no rotation.
     #[prost(message, optional, tag = "2")]
     pub orientation: ::core::option::Option<Quaternion>,
 }
@@ -236,7 +236,7 @@ pub mod primitive {
         Compound(super::CompoundGeometry),
     }
 }
-/// Several shapes that are one body. Where they overlap, their mass counts twice.
+/// Several shapes that are one body. Overlaps have twice the mass.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct CompoundGeometry {
     /// At least one, and at most 1,000.
@@ -347,12 +347,12 @@ pub struct SpawnEntityRequest {
         ::prost::alloc::string::String,
         Quaternion,
     >,
-    /// The robot does not sleep, also where the world lets bodies sleep. So it is too if the description says so.
+    /// The robot does not sleep, even if the world lets bodies sleep. The description can set it too.
     #[prost(bool, tag = "18")]
     pub stays_awake: bool,
-    /// Moves the robot along y, if necessary, until it stands beside all others: 0.2 m to the left of
-    /// the box around their collision shapes and link origins. Ground is left out: planes, and what is
-    /// wider than 10 m along x and y. Robots of one file are moved together.
+    /// Moves the robot along y, if necessary, until it stands next to all others. It is then 0.2 m to the
+    /// left of the box around their collision shapes and link origins. Planes, and objects wider than 10 m
+    /// along x and y, are ground and do not count. Robots of one file are moved together.
     #[prost(bool, tag = "19")]
     pub beside_others: bool,
     /// Raises the robot, if necessary, until its collision shapes are above z = 0.
@@ -838,7 +838,7 @@ pub struct ApplyLinkWrenchRequest {
     pub wrench: ::core::option::Option<Wrench>,
     #[prost(enumeration = "WrenchFrame", tag = "4")]
     pub frame: i32,
-    /// Where the force acts, in the link's frame, metres. Absent is the link's origin.
+    /// Point at which the force acts, in the link's frame, metres. Absent: the link's origin.
     #[prost(message, optional, tag = "5")]
     pub point: ::core::option::Option<Vector3>,
     /// The wrench lasts until it is replaced or cleared; else for the next step only. A persistent
@@ -935,7 +935,7 @@ pub struct LinkProperties {
     /// its restitution. Absent does not change it.
     #[prost(double, optional, tag = "8")]
     pub contact_stiffness: ::core::option::Option<f64>,
-    /// Damping beside that spring, N s/m, 0 to 1e12. Absent does not change it.
+    /// Damping in parallel with that spring, N s/m, 0 to 1e12. Absent does not change it.
     #[prost(double, optional, tag = "9")]
     pub contact_damping: ::core::option::Option<f64>,
     /// Damping of the link's motion, 1/s, 0 (the default) to 1e6: the law of Bullet's articulated bodies. A
@@ -959,7 +959,7 @@ pub struct GetLinkPropertiesResponse {
     pub links: ::prost::alloc::vec::Vec<LinkProperties>,
     #[prost(message, optional, tag = "2")]
     pub stamp: ::core::option::Option<Stamp>,
-    /// The robot does not sleep, also where the world lets bodies sleep. Robots with joints never do.
+    /// The robot does not sleep, even if the world lets bodies sleep. Robots with joints never do.
     #[prost(bool, tag = "3")]
     pub stays_awake: bool,
 }
@@ -975,7 +975,7 @@ pub struct SetLinkPropertiesRequest {
     /// From ClaimJoints, if the caller holds a claim.
     #[prost(string, tag = "4")]
     pub claim: ::prost::alloc::string::String,
-    /// The robot does not sleep, also where the world lets bodies sleep. Left out: as it was. Any request wakes the robot and
+    /// The robot does not sleep, even if the world lets bodies sleep. Left out: as it was. Any request wakes the robot and
     /// what it touches.
     #[prost(bool, optional, tag = "5")]
     pub stays_awake: ::core::option::Option<bool>,
@@ -4988,7 +4988,7 @@ pub struct PutPictureRequest {
 }
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct PutPictureResponse {
-    /// False: no client waits for the picture any more, or another renderer was faster. This is no
+    /// False: no client waits for the picture any more, or another renderer was faster. This is not an
     /// error.
     #[prost(bool, tag = "1")]
     pub accepted: bool,
@@ -6311,14 +6311,14 @@ pub struct Constraint {
     /// the child's joint.
     #[prost(double, tag = "17")]
     pub position_error: f64,
-    /// Likewise for their orientations, radians.
+    /// Angle between their orientations, radians.
     #[prost(double, tag = "18")]
     pub angle_error: f64,
     /// Other constraints or limits can keep the ends from their target. Each step should remove a
     /// fifth of the error; the residual is the missing velocity, metres or radians per second.
     #[prost(double, tag = "19")]
     pub velocity_residual: f64,
-    /// Likewise for their orientations, radians per second.
+    /// Residual of their orientations, radians per second.
     #[prost(double, tag = "20")]
     pub angular_residual: f64,
     /// The constraint reached `max_force` or `max_torque` in the last step.
@@ -7319,7 +7319,7 @@ pub mod kinematics_service_client {
         /// Returns joint positions at which a link reaches a pose. The solver is damped least squares
         /// within the position limits, from the newest state or a given guess. The root does not move;
         /// mimic joints follow. Equal requests at one state have equal answers. A goal that is not reached
-        /// is no refusal: see `converged`.
+        /// is not a refusal: see `converged`.
         pub async fn compute_inverse_kinematics(
             &mut self,
             request: impl tonic::IntoRequest<super::ComputeInverseKinematicsRequest>,
@@ -7411,7 +7411,7 @@ pub mod kinematics_service_server {
         /// Returns joint positions at which a link reaches a pose. The solver is damped least squares
         /// within the position limits, from the newest state or a given guess. The root does not move;
         /// mimic joints follow. Equal requests at one state have equal answers. A goal that is not reached
-        /// is no refusal: see `converged`.
+        /// is not a refusal: see `converged`.
         async fn compute_inverse_kinematics(
             &self,
             request: tonic::Request<super::ComputeInverseKinematicsRequest>,
@@ -7936,8 +7936,8 @@ pub struct GetClosestPointsRequest {
     #[prost(message, optional, tag = "1")]
     pub a: ::core::option::Option<QueryBody>,
     /// Absent: every other robot, where it is; for a shape, every robot. If it is the same robot as
-    /// `a`, links of one body are no pair. If both are also in the present configuration, a link and
-    /// itself are no pair.
+    /// `a`, links of one body are not a pair. If both are also in the present configuration, a link and
+    /// itself are not a pair.
     #[prost(message, optional, tag = "2")]
     pub b: ::core::option::Option<QueryBody>,
     /// Metres; links that are farther apart are left out. Absent: no limit.
@@ -8867,8 +8867,8 @@ pub enum ErrorReason {
     ParameterNotFound = 26,
     /// ALREADY_EXISTS: a parameter has that name. Metadata: `parameter`.
     ParameterExists = 27,
-    /// INVALID_ARGUMENT: a file is no saved state, is damaged or has a newer format, or its contents
-    /// are no valid robot or state. The message says which robot.
+    /// INVALID_ARGUMENT: a file is not a saved state, is damaged or has a newer format, or its contents
+    /// are not a valid robot or state. The message says which robot.
     InvalidSavedState = 28,
     /// ALREADY_EXISTS: the same caller used the `request_id` for another request of this method. Or
     /// the answer has a secret, which is repeated only over the connection that asked first. Metadata:
@@ -9059,7 +9059,7 @@ pub struct JointLayout {
     #[prost(uint32, tag = "5")]
     pub velocity_count: u32,
 }
-/// Limits that a joint has. Absent is no limit.
+/// Limits that a joint has. Absent: no limit.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct JointLimits {
     #[prost(double, optional, tag = "1")]
@@ -9145,7 +9145,7 @@ pub struct JointInfo {
     pub position_index: u32,
     #[prost(uint32, tag = "18")]
     pub position_count: u32,
-    /// Likewise for `velocity`, `effort`, `target`, `mode` and `flags`: 0, 1, 3 or 6.
+    /// Number of its entries in `velocity`, `effort`, `target`, `mode` and `flags`: 0, 1, 3 or 6.
     ///
     /// * 3 for a spherical joint: angular velocity and torque in the child's axes, and a target
     ///    orientation as a rotation vector (axis times angle, rad).
@@ -9172,12 +9172,12 @@ pub struct JointInfo {
     #[prost(bool, tag = "25")]
     pub profile: bool,
 }
-/// A spring beside the actuator of a joint of one axis: effort = stiffness (rest - position). On a
+/// A spring parallel to the actuator of a joint of one axis: effort = stiffness (rest - position). On a
 /// spherical joint it pulls about the child's axes to the orientation 0 0 0 1, the short way round.
 /// Its effort is stiffness times the angle, and its rest is 0.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct JointSpring {
-    /// N m/rad or N/m, at least 0; 0 is no spring.
+    /// N m/rad or N/m, at least 0; 0: no spring.
     #[prost(double, tag = "1")]
     pub stiffness: f64,
     /// Position at which it exerts no effort, rad or m.
@@ -9286,10 +9286,10 @@ pub struct PositionTarget {
     /// Added to the actuator's effort, N m or N.
     #[prost(double, tag = "5")]
     pub feed_forward_effort: f64,
-    /// N m or N, at least 0: maximum effort for this target, beside the joint's own limit.
+    /// N m or N, at least 0: maximum effort for this target, besides the joint's own limit.
     #[prost(double, optional, tag = "6")]
     pub max_effort: ::core::option::Option<f64>,
-    /// rad/s or m/s, at least 0: maximum velocity of the setpoint, beside the joint's own limit.
+    /// rad/s or m/s, at least 0: maximum velocity of the setpoint, besides the joint's own limit.
     #[prost(double, optional, tag = "7")]
     pub max_velocity: ::core::option::Option<f64>,
 }
@@ -9306,7 +9306,7 @@ pub struct VelocityTarget {
     /// Added to the actuator's effort, N m or N.
     #[prost(double, tag = "3")]
     pub feed_forward_effort: f64,
-    /// N m or N, at least 0: maximum effort for this target, beside the joint's own limit.
+    /// N m or N, at least 0: maximum effort for this target, besides the joint's own limit.
     #[prost(double, optional, tag = "4")]
     pub max_effort: ::core::option::Option<f64>,
 }
@@ -9336,11 +9336,11 @@ pub struct ServoTarget {
     /// Added to the actuator's effort, N m or N.
     #[prost(double, tag = "6")]
     pub feed_forward_effort: f64,
-    /// N m or N, at least 0: the most that the actuator applies for this target, beside
+    /// N m or N, at least 0: maximum effort for this target, besides
     /// the joint's own limit.
     #[prost(double, optional, tag = "7")]
     pub max_effort: ::core::option::Option<f64>,
-    /// rad/s or m/s, at least 0: the largest velocity to aim at, beside the joint's own limit.
+    /// rad/s or m/s, at least 0: the maximum target velocity, besides the joint's own limit.
     #[prost(double, optional, tag = "8")]
     pub max_velocity: ::core::option::Option<f64>,
 }
@@ -9370,11 +9370,11 @@ pub struct SphericalPositionTarget {
     /// Added to the actuator's torque, in the child's axes, N m.
     #[prost(message, optional, tag = "5")]
     pub feed_forward_torque: ::core::option::Option<Vector3>,
-    /// N m, at least 0: maximum torque about each of the child's axes for this target, beside the
+    /// N m, at least 0: maximum torque about each of the child's axes for this target, besides the
     /// joint's own limit.
     #[prost(double, optional, tag = "6")]
     pub max_effort: ::core::option::Option<f64>,
-    /// rad/s, at least 0: maximum angular velocity of the setpoint about each of its axes, beside the
+    /// rad/s, at least 0: maximum angular velocity of the setpoint about each of its axes, besides the
     /// joint's own limit.
     #[prost(double, optional, tag = "7")]
     pub max_velocity: ::core::option::Option<f64>,
@@ -9391,7 +9391,7 @@ pub struct SphericalVelocityTarget {
     /// Added to the actuator's torque, in the child's axes, N m.
     #[prost(message, optional, tag = "3")]
     pub feed_forward_torque: ::core::option::Option<Vector3>,
-    /// N m, at least 0: maximum torque about each of the child's axes for this target, beside the
+    /// N m, at least 0: maximum torque about each of the child's axes for this target, besides the
     /// joint's own limit.
     #[prost(double, optional, tag = "4")]
     pub max_effort: ::core::option::Option<f64>,
@@ -9604,7 +9604,7 @@ pub struct FollowTrajectoryRequest {
     /// Tolerances at the end: the trajectory succeeds when all joints are within theirs.
     #[prost(message, repeated, tag = "7")]
     pub goal_tolerances: ::prost::alloc::vec::Vec<TrajectoryTolerance>,
-    /// Simulated seconds after its end in which the joints may reach these; absent is for ever.
+    /// Simulated seconds after its end in which the joints may reach these; absent: no time limit.
     #[prost(double, optional, tag = "8")]
     pub goal_time_tolerance: ::core::option::Option<f64>,
     #[prost(string, tag = "9")]
@@ -9822,7 +9822,7 @@ pub struct ControlResponse {
     /// state, or one a second.
     #[prost(message, optional, tag = "3")]
     pub refusal: ::core::option::Option<Refusal>,
-    /// Newest reading of each requested sensor, as in `NextJointStates`. None beside a refusal.
+    /// Newest reading of each requested sensor, as in `NextJointStates`. None with a refusal.
     #[prost(message, repeated, tag = "4")]
     pub sensors: ::prost::alloc::vec::Vec<SensorReadings>,
 }
@@ -15625,7 +15625,7 @@ pub struct RecordedCommand {
     /// Name that its client gave itself; empty if none, and for the daemon's own commands.
     #[prost(string, tag = "3")]
     pub client: ::prost::alloc::string::String,
-    /// Number of its claim; 0 is none.
+    /// Number of its claim; 0: none.
     #[prost(uint64, tag = "4")]
     pub claim: u64,
     /// For instance `SetTargets`.
@@ -17827,7 +17827,7 @@ pub mod view_service_client {
     )]
     use tonic::codegen::*;
     use tonic::codegen::http::Uri;
-    /// Markers and cameras are no part of the world: the physics reads none of them, and resets, saved
+    /// Markers and cameras are not part of the world: the physics reads none of them, and resets, saved
     /// states and recordings do not change them. The daemon keeps them for the pages in browsers, which
     /// ask with NextView several times a second.
     #[derive(Debug, Clone)]
@@ -18215,7 +18215,7 @@ pub mod view_service_server {
             tonic::Status,
         >;
     }
-    /// Markers and cameras are no part of the world: the physics reads none of them, and resets, saved
+    /// Markers and cameras are not part of the world: the physics reads none of them, and resets, saved
     /// states and recordings do not change them. The daemon keeps them for the pages in browsers, which
     /// ask with NextView several times a second.
     #[derive(Debug)]
