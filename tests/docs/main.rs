@@ -119,6 +119,12 @@ fn the_architecture_is_read_in_one_sitting() {
     assert!(lines <= 250, "ARCHITECTURE.md has {lines} lines; the most is 250. Decisions go to docs/design");
 }
 
+#[test]
+fn the_readme_is_short() {
+    let lines = read("README.md").lines().count();
+    assert!(lines <= 130, "README.md has {lines} lines; the most is 130. Details go to docs/");
+}
+
 /// Returns all pages below docs/, and the documents of the root and of the clients.
 fn documents() -> Vec<String> {
     let elsewhere = [

@@ -21,14 +21,18 @@ const OPENINGS: [&str; 11] = [
 ];
 
 /// Phrases, and their replacements.
-const PHRASES: [(&str, &str); 15] = [
+const PHRASES: [(&str, &str); 19] = [
     ("again and again", "say how often, or what for"),
+    ("anew", "again"),
     ("at the most", "at most"),
+    ("but for", "except for"),
     ("by itself", "alone, automatically"),
+    ("for ever", "forever"),
     ("go on", "continue"),
     ("goes on", "continues"),
     ("has left", "say what it is now"),
     ("has to be there", "must exist"),
+    ("in silence", "silently"),
     ("in the midst", "within, during"),
     ("is there", "exists"),
     ("of its own", "a separate"),
@@ -38,6 +42,10 @@ const PHRASES: [(&str, &str); 15] = [
     ("who comes", "name the client"),
     ("whom", "name the thing"),
 ];
+
+/// Words after "is no" that compare.
+const COMPARISONS: [&str; 9] =
+    ["better", "faster", "further", "larger", "later", "less", "longer", "more", "worse"];
 
 const MAX_WORDS: usize = 25;
 
@@ -160,11 +168,26 @@ fn faults(sentence: &str, is_cell: bool) -> Vec<String> {
             faults.push(format!("has {phrase:?}; {better}"));
         }
     }
+    if denies_a_noun(sentence) && !is_question {
+        faults.push("denies a noun; say \"is not a ...\"".to_owned());
+    }
     let words = number_of_words(sentence, is_cell);
     if words > MAX_WORDS {
         faults.push(format!("has {words} words; the most is {MAX_WORDS}: make two sentences or a list"));
     }
     faults
+}
+
+/// Returns true for a verb and `no` before a noun, as in `is no picture`, except after `there`.
+fn denies_a_noun(sentence: &str) -> bool {
+    let words: Vec<&str> =
+        sentence.split_whitespace().map(|word| word.trim_matches(['(', ',', '.'])).collect();
+    (1..words.len()).any(|no| {
+        let is_verb = ["is", "are", "was", "were"].contains(&words[no - 1]);
+        let is_there = no > 1 && words[no - 2].eq_ignore_ascii_case("there");
+        let compares = words.get(no + 1).is_none_or(|next| COMPARISONS.contains(next));
+        words[no] == "no" && is_verb && !is_there && !compares
+    })
 }
 
 fn wrong(path: &str, blocks: Vec<Sentence>) -> Vec<String> {
@@ -282,6 +305,8 @@ fn prose_that_has_to_be_translated_is_found() {
         "Where to; it has to be there",
         "The same of an answer that is for one caller alone",
         "Where bodies are with joints at 0",
+        "A file that is no picture",
+        "The row is computed anew",
     ];
     for riddle in riddles {
         for text in [riddle.to_owned(), format!("## {riddle}\n"), format!("* Before.\n* {riddle}\n")] {
@@ -313,6 +338,7 @@ fn prose_that_has_to_be_translated_is_found() {
         "Output directory (must exist)",
         "Like `once`, for answers private to one caller",
         "What does a step cost?",
+        "There is no picture, and the claim is no longer held",
     ];
     for text in plain {
         assert_eq!(wrong("a.md", blocks(text)), Vec::<String>::new());

@@ -328,8 +328,8 @@ fn pairs_follow_robots_that_go_and_links_that_move() {
     assert_falls(&mut world, 0.1);
 }
 
-/// Four links of 600 shapes are 6 * 600^2 pairs, none of which is listed; as many shapes of one link are no
-/// pair.
+/// Four links of 600 shapes are 6 * 600^2 pairs, none of which is listed; as many shapes of one link are not
+/// a pair.
 #[test]
 fn a_robot_of_too_many_pairs_of_shapes_is_refused_where_it_is_to_touch_itself() {
     let mut model = (*chain(4, 0.3)).clone();

@@ -106,8 +106,8 @@ async fn worker(shared: Arc<Shared>) -> anyhow::Result<()> {
 }
 
 impl Shared {
-    /// Draws a picture and sends it, or the reason why not. A failure that concerns only this picture is no
-    /// error.
+    /// Draws a picture and sends it, or the reason why not. A failure that concerns only this picture is not
+    /// an error.
     async fn draw(&self, task: PictureTask) -> anyhow::Result<()> {
         let name = &self.work.name;
         let answer = match self.drawn(&task).await {

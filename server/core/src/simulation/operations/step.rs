@@ -60,7 +60,7 @@ impl Simulation {
     }
 
     /// Selects the contact solver from now on, and measures its accuracy, for figures of the solver. This is
-    /// no part of the state, and takes time and memory in each step.
+    /// not part of the state, and takes time and memory in each step.
     pub fn measure_solver(&mut self, choice: SolverChoice) {
         let solvers = &mut self.step_memory.solvers;
         solvers.prepare(PIECES);
