@@ -24,7 +24,7 @@ SIDES = [
     ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
     ((0, 0, -1), (0, 1, 0), (1, 0, 0)),
 ]
-# Of a side: to the right and up, each -1 or 1, anticlockwise from the lower left.
+# Corners of a side: to the right and up, each -1 or 1, anticlockwise from the lower left.
 CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
 
 
@@ -219,7 +219,7 @@ write("models/shape.xml", mjcf('type="box" size="0.1 0.1 0.1"'))
 write("models/mesh.sdf", sdf("<mesh><uri>../meshes/plain.obj</uri></mesh>"))
 write("models/shape.sdf", sdf("<box><size>0.2 0.2 0.2</size></box>"))
 
-# What most scenes of MuJoCo have: ground of a pattern that MuJoCo makes, repeated; here with an arm, and a box with its picture several times.
+# Ground with a pattern that MuJoCo makes, repeated, as in most scenes of MuJoCo. An arm, and a box with its picture several times.
 SCENE = """<mujoco model="scene">
   <compiler meshdir="../meshes" texturedir="../pictures"/>
   <visual><headlight diffuse="0.6 0.6 0.6" ambient="0.3 0.3 0.3" specular="0 0 0"/></visual>

@@ -197,8 +197,8 @@ fn wrong(path: &str, blocks: Vec<Sentence>) -> Vec<String> {
     said.map(|said| format!("{path}:{said}")).collect()
 }
 
-/// Comments of a source file as Markdown: those of Rust and TypeScript, and docstrings of Python. Code becomes
-/// empty lines, so that lines keep their numbers.
+/// Comments of a source file as Markdown, and docstrings of Python except those of scripts. Code becomes empty
+/// lines, so that lines keep their numbers.
 fn comments(ending: &str, source: &str) -> String {
     let mut is_within = false;
     let comment = |line: &str| {
@@ -211,8 +211,9 @@ fn comments(ending: &str, source: &str) -> String {
                 let text = text.filter(|_| starts).unwrap_or(line);
                 let was_within = is_within || starts;
                 is_within = was_within && !text.ends_with("\"\"\"");
-                was_within.then(|| text.trim_end_matches('"'))
+                was_within.then(|| text.trim_end_matches('"')).or(line.strip_prefix("# "))
             }
+            "script" | "toml" => line.strip_prefix("# "),
             _ => {
                 let starts = line.starts_with("/*");
                 let was_within = is_within || starts;
@@ -280,9 +281,10 @@ fn comments_are_plain() {
     for file in files {
         let ending = file.extension().and_then(|it| it.to_str()).unwrap_or_default();
         let path = file.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
-        // Other scripts have texts in the form of docstrings.
-        let is_client = ending == "py" && path.starts_with("client/python/src/");
-        if is_client || ["proto", "rs", "ts", "tsx"].contains(&ending) {
+        // Scripts have data in the form of docstrings.
+        let is_script = ending == "py" && !path.starts_with("client/python/src/");
+        let ending = if is_script { "script" } else { ending };
+        if ["proto", "py", "rs", "script", "toml", "ts", "tsx", "wgsl"].contains(&ending) {
             found.extend(wrong(&path, blocks(&comments(ending, &fs::read_to_string(&file).unwrap()))));
         }
     }
@@ -318,6 +320,9 @@ fn prose_that_has_to_be_translated_is_found() {
             ("ts", format!("const a = 1; // not read\n  // {riddle}\n")),
             ("tsx", format!("/** {riddle} */\nconst a = 1;\n")),
             ("py", format!("def a():\n    \"\"\"{riddle}\"\"\"\n    b = 1\n")),
+            ("py", format!("b = 1\n# {riddle}\nc = 2\n")),
+            ("script", format!("b = \"\"\"no comment\"\"\"\n    # {riddle}\n")),
+            ("toml", format!("[a]\n# {riddle}\nb = 1\n")),
         ];
         for (ending, source) in of_comments {
             let found = wrong("a", blocks(&comments(ending, &source))).len();

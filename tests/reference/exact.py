@@ -252,7 +252,7 @@ def difference(a, b):
 def reference(case, instants, h=2e-4):
     """Returns views at the instants, and their change if the step is halved."""
     robot = Robot(case)
-    # Where an actuator reaches its limit the effort has a kink, across which the order is lower.
+    # The effort has a kink if an actuator reaches its limit; across it the order is lower.
     enough = 1e-9 if case.effort is None else 1e-7
     before = integrate(robot, h, instants)
     for _ in range(5):

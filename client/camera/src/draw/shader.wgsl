@@ -1,15 +1,17 @@
-// Surfaces with a directional light. Two kinds of pass draw the same triangles: one the colour, which may be smoothed at edges, and
-// one the distance and the number of what is nearest, which must not be. Where nothing is smoothed or blended one pass draws all.
+// Surfaces with a directional light. Two passes draw the same triangles. One draws colours, which may be smoothed at edges. The other
+// draws the distance and the number of the nearest surface, which must not be smoothed. If nothing is smoothed or blended, one pass
+// draws all.
 
 struct Camera {
-    // Of reversed depth: 1 at the near plane, 0 at the far one.
+    // The depth is reversed: 1 at the near plane, 0 at the far plane.
     clip_from_camera: mat4x4<f32>,
-    // Towards the light, camera axes. The last is how far above a surface its shadow is looked for, metres; 0 where there are none.
+    // Direction towards the light, camera axes. The last number is the offset from a surface at which its shadow is looked up, metres; 0
+    // without shadows.
     light_direction: vec4<f32>,
     light_color: vec4<f32>,
-    // Ambient, diffuse, specular. The last is 1 for a projection in perspective, and 0 for a parallel one.
+    // Ambient, diffuse, specular. The last number is 1 for a perspective projection, and 0 for a parallel one.
     shares: vec4<f32>,
-    // To the map of shadows: x and y of -1 to 1, and a depth of 1 next to the light.
+    // Transform to the shadow map: x and y from -1 to 1, and a depth of 1 next to the light.
     map_from_camera: mat4x4<f32>,
 }
 
@@ -25,7 +27,7 @@ struct Corner {
     @location(2) uv: vec2<f32>,
 }
 
-// Rows of camera_from_mesh and of what turns normals, which is another where a scale has three factors.
+// Rows of camera_from_mesh, and of the matrix for normals. They differ if a scale has three factors.
 struct Item {
     @location(3) place_x: vec4<f32>,
     @location(4) place_y: vec4<f32>,
@@ -39,7 +41,7 @@ struct Item {
 
 struct Lit {
     @builtin(position) clip: vec4<f32>,
-    // In the camera's frame, metres.
+    // Position in the camera's frame, metres.
     @location(0) place: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) uv: vec2<f32>,
@@ -86,8 +88,8 @@ fn shadow_corner(corner: Corner, item: Item) -> @builtin(position) vec4<f32> {
     return camera.map_from_camera * vec4<f32>(placed(corner, item), 1.0);
 }
 
-// The part of the light that comes to a place on a surface whose normal, of unit length, is on the lit side: the mean of four looks into
-// the map, each of which the sampler smooths.
+// Returns the part of the light that reaches a point of a surface. The normal has unit length and is on the lit side. The result is the
+// mean of four samples of the map, each of which the sampler smooths.
 fn light_that_comes(place: vec3<f32>, normal: vec3<f32>) -> f32 {
     let shift = camera.light_direction.w;
     if shift == 0.0 {
@@ -95,11 +97,11 @@ fn light_that_comes(place: vec3<f32>, normal: vec3<f32>) -> f32 {
     }
     let at = camera.map_from_camera * vec4<f32>(place + shift * normal, 1.0);
     let middle = vec2<f32>(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y);
-    // Beside the map nothing casts a shadow.
+    // Outside of the map nothing casts a shadow.
     if any(middle < vec2<f32>(0.0)) || any(middle > vec2<f32>(1.0)) {
         return 1.0;
     }
-    // What is beyond all that casts shadows may lie in them.
+    // A point beyond all casters may be in their shadow.
     let depth = clamp(at.z, 0.0, 1.0);
     let side = 0.5 / f32(textureDimensions(shadow_map).x);
     var comes = textureSampleCompareLevel(shadow_map, shadow_sampler, middle + vec2<f32>(side, side), depth);
@@ -113,9 +115,9 @@ const SHININESS: f32 = 32.0;
 
 fn lit(in: Lit) -> vec4<f32> {
     let base = textureSample(image, image_sampler, in.uv) * in.color;
-    // Towards the camera.
+    // Direction towards the camera.
     let eye = normalize(mix(vec3<f32>(0.0, 0.0, 1.0), -in.place, camera.shares.w));
-    // The side that is seen is lit, whichever way a file winds its triangles.
+    // The visible side is lit, whatever the winding of a file's triangles.
     var face = cross(dpdx(in.place), dpdy(in.place));
     face = select(face, -face, dot(face, eye) < 0.0);
     var normal = select(in.normal, -in.normal, dot(in.normal, face) < 0.0);
