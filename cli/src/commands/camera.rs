@@ -32,10 +32,10 @@ pub(crate) enum Camera {
 
 #[derive(Args, Debug)]
 pub(crate) struct Set {
-    /// New position, world axes, metres
+    /// New position of the cameras, world axes, metres
     #[arg(value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
     position: Vector3,
-    /// Point that they look at, world axes, metres
+    /// Point to look at, world axes, metres
     #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true, default_value = "0,0,0")]
     target: Vector3,
     /// Vertical field of view, degrees; unchanged if left out

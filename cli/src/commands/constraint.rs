@@ -43,10 +43,10 @@ pub(crate) enum Constraint {
 pub(crate) struct Change {
     /// Name of the constraint
     name: String,
-    /// Pose on the parent, metres, and radians about the fixed axes
+    /// Frame on the parent: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     parent_pose: Option<Pose>,
-    /// Pose on the child
+    /// Frame on the child
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     child_pose: Option<Pose>,
     /// Maximum force, N; `inf` means no limit
@@ -55,16 +55,16 @@ pub(crate) struct Change {
     /// Maximum torque, N m; `inf` means no limit
     #[arg(long, value_name = "NEWTON_METRE")]
     max_torque: Option<f64>,
-    /// Whether it breaks when it would need more
+    /// Whether the constraint is deleted if it needs more than its limits
     #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set)]
     breaks: Option<bool>,
-    /// For a gear
+    /// Ratio of a gear: motion of the child's joint per motion of the parent's
     #[arg(long, allow_hyphen_values = true)]
     ratio: Option<f64>,
-    /// For a gear, rad or m
+    /// Offset of a gear, rad or m
     #[arg(long, allow_hyphen_values = true)]
     offset: Option<f64>,
-    /// For a distance, metres
+    /// Length of a distance, metres
     #[arg(long)]
     length: Option<f64>,
 }

@@ -14,7 +14,7 @@ use view::SurfaceView;
 pub(crate) enum Contact {
     /// Shows the contacts of links: point, depth and force
     List {
-        /// Only contacts of this robot
+        /// Show only contacts of this robot
         #[arg(add = complete::robots())]
         robot: Option<String>,
     },
@@ -28,7 +28,7 @@ pub(crate) enum Contact {
     Cast(query::Cast),
     /// Shows the boxes around links, along the world's axes
     Bounds {
-        /// Only links of this robot
+        /// Show only links of this robot
         #[arg(add = complete::robots())]
         robot: Option<String>,
     },
@@ -47,7 +47,7 @@ pub(crate) struct Set {
     /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// Only this link; all of them if left out
+    /// Name of the link; all links if left out
     #[arg(long)]
     link: Option<String>,
     #[command(flatten)]

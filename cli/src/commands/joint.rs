@@ -68,7 +68,7 @@ pub(crate) enum Joint {
         /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
-        /// Also damping, friction, gains, parent and child links
+        /// Also show damping, friction, gains, parent and child links
         #[arg(short, long)]
         wide: bool,
     },
@@ -77,7 +77,7 @@ pub(crate) enum Joint {
         /// Name of the robot
         #[arg(add = complete::robots())]
         robot: String,
-        /// All joints that can move, if none is named
+        /// Names of the joints; all joints that can move if left out
         #[arg(add = complete::joints())]
         joints: Vec<String>,
     },
@@ -124,7 +124,7 @@ pub(crate) struct Watch {
     /// Name of the robot
     #[arg(add = complete::robots())]
     robot: String,
-    /// All joints that can move, if none is named
+    /// Names of the joints; all joints that can move if left out
     #[arg(add = complete::joints())]
     joints: Vec<String>,
     /// States per second: 0.1 to 1000

@@ -27,13 +27,13 @@ pub(crate) enum Marker {
     List,
     /// Deletes markers
     Delete {
-        /// Their ids
+        /// Ids of the markers
         #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "ID")]
         ids: Vec<u64>,
-        /// All that have no other owner
+        /// Delete all markers except those of other owners
         #[arg(long)]
         all: bool,
-        /// Also those of other owners: for admins
+        /// Also delete markers of other owners: for admins
         #[arg(long)]
         take_over: bool,
     },
@@ -87,10 +87,10 @@ pub(crate) struct Common {
     /// Red, green and blue, from 0 to 1; a colour that is visible in the page if left out
     #[arg(long, value_name = "R,G,B", value_parser = pose::parse_vector)]
     color: Option<Vector3>,
-    /// Robot that it moves with, or one of its links; positions are then in the link's frame
+    /// Robot or link that the marker moves with; positions are then in the link's frame
     #[arg(long, value_name = "ROBOT[/LINK]")]
     on: Option<String>,
-    /// Life time; until it is deleted if left out
+    /// Seconds until the marker disappears; if left out, it stays until it is deleted
     #[arg(
         long,
         default_value_t = 0.0,
@@ -99,7 +99,7 @@ pub(crate) struct Common {
         allow_negative_numbers = true
     )]
     seconds: f64,
-    /// Id of a marker that it replaces
+    /// Id of the marker to replace
     #[arg(long, default_value_t = 0, hide_default_value = true, value_name = "ID")]
     replace: u64,
 }

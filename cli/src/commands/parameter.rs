@@ -53,10 +53,10 @@ pub(crate) enum Parameter {
         /// Names of the sliders and buttons
         #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "NAME", add = complete::parameters())]
         names: Vec<String>,
-        /// All that have no other owner
+        /// Remove all parameters except those of other owners
         #[arg(long)]
         all: bool,
-        /// Also those of other owners: for admins
+        /// Also remove parameters of other owners: for admins
         #[arg(long)]
         take_over: bool,
     },
@@ -84,13 +84,13 @@ pub(crate) struct Add {
     /// Add a button instead of a slider
     #[arg(long, conflicts_with_all = ["minimum", "maximum", "value"])]
     button: bool,
-    /// Replace one of that name
+    /// Replace a parameter of that name
     #[arg(long)]
     replace: bool,
     /// Add _1, _2, ... to a name that is taken
     #[arg(long, conflicts_with = "replace")]
     rename: bool,
-    /// Also replace one of another owner: for admins
+    /// Also replace a parameter of another owner: for admins
     #[arg(long, requires = "replace")]
     take_over: bool,
 }

@@ -27,22 +27,22 @@ pub(crate) enum Record {
         /// Name of the recording and its file: letters and digits of any script, `_` and `-`; the time in UTC if left out
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
-        /// Rate of joint states and link poses, per simulated second; 0 is none
+        /// Rate of joint states and link poses, per simulated second; 0 records none
         #[arg(long, value_name = "HZ", default_value_t = 100.0)]
         rate: f64,
         /// Keep only the last seconds, in several files whose oldest are deleted
         #[arg(long, value_name = "SECONDS", default_value_t = 0.0, hide_default_value = true)]
         keep_last: f64,
-        /// Size at which it ends; with --keep-last, the oldest files are deleted
+        /// Size at which the recording ends; with --keep-last, the oldest files are deleted instead
         #[arg(long, value_name = "BYTES", default_value_t = 0, hide_default_value = true)]
         max_bytes: u64,
-        /// Duration after which it ends
+        /// Duration after which the recording ends
         #[arg(long, value_name = "SECONDS", default_value_t = 0.0, hide_default_value = true)]
         max_duration: f64,
     },
     /// Stops the running recording
     Stop {
-        /// Only if it has this name
+        /// Stop the recording only if it has this name
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
     },

@@ -116,13 +116,13 @@ pub(crate) struct Load {
     rename: bool,
     #[command(flatten)]
     surface: Surface,
-    /// Links of the robot collide with each other, except those that a joint connects
+    /// Let links of the robot collide with each other, except those that a joint connects
     #[arg(long)]
     self_collision: bool,
-    /// The robot does not sleep, also where the world lets bodies sleep
+    /// The robot does not sleep, even if the world lets bodies sleep
     #[arg(long)]
     stays_awake: bool,
-    /// An SRDF file, whose `disable_collisions` switch pairs of links off
+    /// SRDF file, whose `disable_collisions` disable pairs of links
     #[arg(long, value_name = "FILE")]
     srdf: Option<PathBuf>,
     /// Colliders of collision meshes. mesh: triangles for links that cannot move, convex hulls for others;

@@ -37,7 +37,7 @@ pub(crate) enum Sensor {
     Add(Box<Add>),
     /// Shows the sensors, their places and how often they measure
     List {
-        /// Only sensors of this robot
+        /// Show only sensors of this robot
         #[arg(add = complete::robots())]
         robot: Option<String>,
     },
@@ -89,7 +89,7 @@ pub(crate) struct Add {
     /// For a lidar: number of rows, and the range of their angles; one row in the plane if left out
     #[arg(long, value_name = "SAMPLES,MIN,MAX", value_parser = sweep, allow_hyphen_values = true)]
     vertical: Option<Sweep>,
-    /// For a lidar: it turns once in a period, so that each column has its own time
+    /// For a lidar: turn once in a period, so that each column has a different time
     #[arg(long)]
     rolling: bool,
     /// For a force-torque sensor: axes of the result
@@ -98,7 +98,7 @@ pub(crate) struct Add {
     /// For a force-torque sensor: measure the force of the parent on the child
     #[arg(long)]
     on_child: bool,
-    /// For a contact sensor: force above which it is touched
+    /// For a contact sensor: force above which it counts as touched
     #[arg(long, value_name = "NEWTON", allow_negative_numbers = true)]
     threshold: Option<f64>,
     /// For an encoder: motion of its joint after it reverses until the encoder follows

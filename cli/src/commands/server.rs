@@ -23,7 +23,7 @@ pub(crate) enum Server {
         /// Number of pings
         #[arg(short, long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..))]
         count: u64,
-        /// Milliseconds between them
+        /// Milliseconds between pings
         #[arg(long, default_value_t = 200, value_name = "MS")]
         interval: u64,
     },

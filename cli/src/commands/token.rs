@@ -36,7 +36,7 @@ pub(crate) enum Token {
         /// Time until it expires, for instance 90d, 12h, or never
         #[arg(long, value_name = "TIME", default_value = "never", value_parser = lifetime)]
         expires: Lifetime,
-        /// Robot that it may change; then it cannot change the whole world. May be repeated
+        /// Robot that the token may change; it then cannot change the whole world. May be repeated
         #[arg(long = "robot", value_name = "ROBOT")]
         robots: Vec<String>,
         #[command(flatten)]

@@ -107,7 +107,7 @@ impl Client {
         present(self.unary(self.entity().set_link_properties(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// Whether a robot stays awake, also where the world lets bodies sleep.
+    /// Whether a robot stays awake, even if the world lets bodies sleep.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`.

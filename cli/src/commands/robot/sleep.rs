@@ -14,7 +14,7 @@ pub(crate) struct Sleep {
     /// The robot's name
     #[arg(add = complete::robots())]
     robot: String,
-    /// Whether it stays awake, also where the world lets bodies sleep; left out: shows it
+    /// Whether it stays awake, even if the world lets bodies sleep; left out: shows it
     #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set)]
     stays_awake: Option<bool>,
 }

@@ -84,7 +84,7 @@ pub enum Command {
         robot: String,
         /// New settings by link; later ones win.
         links: Vec<LinkProperties>,
-        /// Whether the robot stays awake, also where the world lets bodies sleep; `None` leaves it.
+        /// Whether the robot stays awake, even if the world lets bodies sleep; `None` leaves it.
         stays_awake: Option<bool>,
     },
     /// Changes the collision filter of a robot; see [`CollisionFilterChange`].

@@ -10,7 +10,7 @@ use crate::plain::bounded_list;
 pub struct ContactSettings {
     /// Whether links of the robot collide with each other, unless a joint connects them.
     pub self_collision: bool,
-    /// It does not sleep, also where the world lets bodies sleep.
+    /// It does not sleep, even if the world lets bodies sleep.
     pub stays_awake: bool,
     /// Surfaces of links, which replace those of the description. A file has at most [`MAX_LINK_PROPERTIES`].
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_LINK_PROPERTIES, _, _>")]

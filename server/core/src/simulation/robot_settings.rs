@@ -18,7 +18,7 @@ pub struct RobotSettings {
     pub surfaces: Vec<Option<Surface>>,
     /// Whether its links touch each other.
     pub self_collision: bool,
-    /// It does not sleep, also where the world lets bodies sleep.
+    /// It does not sleep, even if the world lets bodies sleep.
     pub stays_awake: bool,
     /// One for each link of the model, in its order.
     pub groups: Vec<Groups>,
