@@ -77,12 +77,12 @@ Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the 
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("--rounds", type=int, default=60, help="of the robots")
-    arguments.add_argument("--chain-rounds", type=int, default=30, help="of the chains")
-    arguments.add_argument("--contact-rounds", type=int, default=15, help="of the scenes with contact; 0 for none")
-    arguments.add_argument("--crowd-rounds", type=int, default=40, help="of many robots")
+    arguments.add_argument("--rounds", type=int, default=60, help="rounds of the robots")
+    arguments.add_argument("--chain-rounds", type=int, default=30, help="rounds of the chains")
+    arguments.add_argument("--contact-rounds", type=int, default=15, help="rounds of the scenes with contact; 0 for none")
+    arguments.add_argument("--crowd-rounds", type=int, default=40, help="rounds of many robots")
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "bench")
-    arguments.add_argument("--contact", default="", help="only scenes with contact whose name contains this")
+    arguments.add_argument("--contact", default="", help="run only scenes with contact whose names contain this")
     options = arguments.parse_args()
     folder = options.out / "robots"
     folder.mkdir(parents=True, exist_ok=True)

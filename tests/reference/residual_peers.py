@@ -149,8 +149,8 @@ def plot(results, path):
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "bench")
-    arguments.add_argument("--only", default="", help="scenes whose name contains this")
-    arguments.add_argument("--budget", type=float, default=300.0, help="seconds that MuJoCo may take for a scene")
+    arguments.add_argument("--only", default="", help="run only scenes whose names contain this")
+    arguments.add_argument("--budget", type=float, default=300.0, help="maximum seconds of MuJoCo for a scene")
     options = arguments.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     results = []

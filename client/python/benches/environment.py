@@ -30,7 +30,7 @@ STAND = (0.0, 0.9, -1.8) * 4
 def main() -> None:
     """Prints a table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--steps", type=int, default=4000, help="of each")
+    parser.add_argument("--steps", type=int, default=4000, help="steps of each simulator")
     steps = max(1, parser.parse_args().steps // BLOCKS)
     kinds: list[tuple[str, Any, int]] = [
         ("simd, in this process", simd, simd.connect(simd.DIRECT, options="--embedded")),

@@ -43,7 +43,7 @@ while pybullet.isConnected():
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--turns", type=int, default=3000, help="turns of each kind")
-    parser.add_argument("--robot", default=str(ROBOT), help="a URDF with a joint that moves")
+    parser.add_argument("--robot", default=str(ROBOT), help="URDF with a joint that moves")
     asked = parser.parse_args()
     server = subprocess.Popen([sys.executable, "-c", SERVER], stdout=subprocess.PIPE, text=True)
     try:

@@ -36,7 +36,7 @@ ROUNDS = 10
 def main() -> None:
     """Prints a table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--calls", type=int, default=5000, help="of each kind")
+    parser.add_argument("--calls", type=int, default=5000, help="calls of each kind")
     calls = max(1, parser.parse_args().calls // ROUNDS)
     # Made first: a process with threads must not fork.
     tcp = echo()

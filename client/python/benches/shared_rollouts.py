@@ -34,7 +34,7 @@ def main() -> None:
     parser.add_argument("--copies", type=int, default=2048)
     parser.add_argument("--steps", type=int, default=200)
     parser.add_argument("--calls", type=int, default=9)
-    parser.add_argument("--killed", type=int, default=5, help="calls in which a daemon is killed")
+    parser.add_argument("--killed", type=int, default=5, help="number of calls in which a daemon is killed")
     asked = parser.parse_args()
     processors = sorted(os.sched_getaffinity(0))
     with socket.socket() as free:

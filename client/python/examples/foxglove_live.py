@@ -24,8 +24,8 @@ MEDIA = {".stl": "model/stl", ".obj": "model/obj", ".dae": "model/vnd.collada+xm
 def main() -> None:
     """Sends 30 times a second until Ctrl-C, or for a limited time."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--port", type=int, default=8765, help="where Foxglove connects; 0 for any")
-    parser.add_argument("--seconds", type=float, default=math.inf, help="how long")
+    parser.add_argument("--port", type=int, default=8765, help="port for Foxglove; 0 takes a free one")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="duration")
     arguments = parser.parse_args()
     states, transforms = JointStatesChannel("/joint_states"), FrameTransformsChannel("/tf")
     scene = SceneUpdateChannel("/scene")

@@ -145,7 +145,7 @@ pub(crate) fn print() {
 
 fn report(times: &mut [Vec<f64>; ROWS.len()], sent: usize, received: usize) {
     println!(
-        "\ncalls over TCP, one in flight, {sent} and {received} bytes, playing at 1 kHz where not said, spinning with spin_us = 200: \
+        "\ncalls over TCP, one in flight, {sent} and {received} bytes, playing at 1 kHz unless noted, spinning with spin_us = 200: \
          microseconds ({} of each)",
         ROUNDS * CALLS
     );

@@ -26,7 +26,7 @@ const SLACK: f64 = 1e-3;
 
 /// Prints the tables.
 pub(crate) fn print() {
-    println!("pairs that may touch, of what moves: microseconds a step (median of {BATCHES} batches)");
+    println!("pairs with a moving shape that may touch: microseconds a step (median of {BATCHES} batches)");
     println!("  {:28} {:>12} {:>28}", "", "here", "rapier's BroadPhaseBvh");
     let one = |model: &Arc<RobotModel>| vec![(Arc::clone(model), DPose3::IDENTITY)];
     for (name, robots) in [

@@ -137,7 +137,7 @@ pub(crate) fn subscribe() {
         let mut ages: Vec<f64> = of_each.into_iter().flatten().collect();
         ages.sort_by(f64::total_cmp);
         println!(
-            "states a second: {whole:.0} in all, {:.1} at each, {least:.1} where they are fewest; age when they arrive: \
+            "states a second: {whole:.0} in all, {:.1} at each, {least:.1} at the slowest; age when they arrive: \
              {:.0}, {:.0}, {:.0} microseconds (p50, p99, largest)",
             whole / SUBSCRIBERS as f64,
             percentile(&ages, 0.5),

@@ -19,7 +19,7 @@ const STEPS: usize = 200;
 pub(crate) fn print() {
     let (model, _) = robots::read("pybullet_data/a1/a1.urdf");
     println!(
-        "A1 standing among what cannot move, 1 ms, one thread: microseconds a step (median of {BATCHES} batches)"
+        "A1 standing among immovable objects, 1 ms, one thread: microseconds a step (median of {BATCHES} batches)"
     );
     let mut worlds: Vec<(String, Simulation)> = vec![("on a plane".into(), scenes::a1(1e-3, &model))];
     for count in [1_000, 10_000, 100_000] {

@@ -43,7 +43,7 @@ UNRESOLVED = 1e-9
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "truth")
-    arguments.add_argument("--only", help="cases whose name contains this")
+    arguments.add_argument("--only", help="run only cases whose names contain this")
     options = arguments.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = [case for case in cases() if not options.only or options.only in case.name]

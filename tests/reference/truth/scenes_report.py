@@ -58,7 +58,7 @@ Normal forces on the feet of robots that hold a pose by springs, after a given n
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "scenes")
-    arguments.add_argument("--only", default="", help="scenes whose name, or the part that they are in, contains this")
+    arguments.add_argument("--only", default="", help="run only scenes whose names, or sections, contain this")
     options = arguments.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = [scene for scene in scenes() if options.only in scene.name]

@@ -19,20 +19,20 @@ def main(arguments: list[str] | None = None) -> None:
     """Runs the script as `python script.py args` would."""
     parser = argparse.ArgumentParser(
         prog="python -m simd_client.pybullet",
-        description="Runs a PyBullet script on a simd daemon: a running one, or one that it starts.",
+        description="Runs a PyBullet script on a running or a new simd daemon.",
     )
-    parser.add_argument("--endpoint", help="where the daemon is, for instance tcp/127.0.0.1:7447#lab")
-    parser.add_argument("--new", action="store_true", help="start a daemon, even where one is running")
+    parser.add_argument("--endpoint", help="endpoint of the daemon, for instance tcp/127.0.0.1:7447#lab")
+    parser.add_argument("--new", action="store_true", help="start a new daemon, even if one is running")
     parser.add_argument(
-        "--remove-robots", action="store_true", help="take the script's robots out at its end"
+        "--remove-robots", action="store_true", help="delete the script's robots at its end"
     )
-    parser.add_argument("--limits", action="store_true", help="limits of effort and velocity in URDFs bound motors")
-    parser.add_argument("--mimic", action="store_true", help="joints with <mimic> follow others")
-    parser.add_argument("--tls-ca", metavar="FILE", help="the authority that signed the daemon's certificate")
-    parser.add_argument("--tls-cert", metavar="FILE", help="a certificate of the script, where the daemon asks for one")
-    parser.add_argument("--tls-key", metavar="FILE", help="the private key of that certificate")
-    parser.add_argument("script", help="the script")
-    parser.add_argument("args", nargs=argparse.REMAINDER, help="what the script gets")
+    parser.add_argument("--limits", action="store_true", help="apply limits of effort and velocity in URDFs to motors")
+    parser.add_argument("--mimic", action="store_true", help="let joints with <mimic> follow their leaders")
+    parser.add_argument("--tls-ca", metavar="FILE", help="authority that signed the daemon's certificate")
+    parser.add_argument("--tls-cert", metavar="FILE", help="certificate of the script, if the daemon asks for one")
+    parser.add_argument("--tls-key", metavar="FILE", help="private key of that certificate")
+    parser.add_argument("script", help="script to run")
+    parser.add_argument("args", nargs=argparse.REMAINDER, help="arguments of the script")
     asked = parser.parse_args(arguments)
     script = Path(asked.script)
     if not script.is_file():
