@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_quotes_a_word_is_not_of_its_name() {
+    fn quotes_around_a_word_are_not_part_of_its_name() {
         for name in ["shoulder joint", "a\\b", "it's", "a$(b)\"c", "肩", "ns:a/b=1"] {
             assert_eq!(unquoted(&quoted(name, None)), name);
         }

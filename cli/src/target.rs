@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_named() {
+    fn unreadable_targets_are_named() {
         for (text, phrase) in [
             ("elbow", "JOINT=VALUE"),
             ("=0.5", "JOINT=VALUE"),

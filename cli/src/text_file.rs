@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_text_is_refused_with_its_line() {
+    fn files_that_are_not_text_are_refused_with_their_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("rays.txt");
         fs::write(&file, b"0 0 2\n\n# 90\xb0\n").unwrap();
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_document_is_said_without_names_of_rust() {
+    fn faults_of_a_document_are_reported_without_names_of_rust() {
         #[derive(Debug, serde::Deserialize)]
         struct Document {
             value: f64,

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_refused_in_plain_words() {
+    fn invalid_numbers_are_refused_in_plain_words() {
         for line in [
             "simctl sim step many",
             "simctl sim step 99999999999999999999999",

@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_token_has_no_hash() {
+    fn other_texts_than_tokens_have_no_hash() {
         let good = token(&[200; TOKEN_BYTES]);
         assert!(token_hash(&good).is_some());
         let upper = format!("simd_{}", good["simd_".len()..].to_uppercase());

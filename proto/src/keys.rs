@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_methods_key_is_none() {
+    fn other_keys_name_no_method() {
         for key in [
             "",
             "simd/lab/rpc/JointService",

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_proof_is_none() {
+    fn other_texts_are_not_proofs() {
         let code = "0".repeat(64);
         for text in [
             String::new(),
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_secret_is_left_as_it_is() {
+    fn messages_without_a_secret_stay_unchanged() {
         for claim in ["", "unknown", "a.b"] {
             let request = crate::v1::ReleaseJointsRequest { claim: claim.into(), ..Default::default() };
             assert_eq!(seal("ReleaseJointsRequest", &request.encode_to_vec()), None, "{claim}");

@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_reader_cannot_see_is_written_out() {
+    fn invisible_characters_are_written_out() {
         assert_eq!(printable("bras/épaule 1 肩"), "bras/épaule 1 肩");
         assert_eq!(printable("a\u{202e}b\u{200b}c"), r"a\u{202e}b\u{200b}c");
         assert_eq!(printable("\x1b[31m\n"), r"\u{1b}[31m\u{a}");

@@ -143,7 +143,7 @@ mod tests {
 
     #[cfg(feature = "zenoh")]
     #[test]
-    fn what_is_printed_is_what_zenoh_reads() {
+    fn zenoh_reads_the_printed_access_control() {
         let said = run(&["simd", "zenoh-acl", "--viewer", "a", "--viewer", "b"].map(OsString::from))
             .unwrap()
             .unwrap();

@@ -122,7 +122,7 @@ async fn the_same_mesh_with_other_pictures_looks_otherwise() {
 
 /// A mesh's files are a part of the source, even if the daemon has them already.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_is_on_the_daemon_is_not_sent_again_though_its_mesh_names_it() {
+async fn files_on_the_daemon_are_not_sent_again_even_if_a_mesh_names_them() {
     let daemon = Daemon::paused_via(Via::Grpc).await;
     let package = Package::open(assets().join("textured/urdf/obj.urdf")).unwrap();
     let once = daemon.client.upload(&package).await.unwrap();

@@ -269,7 +269,7 @@ async fn markers_that_are_bound_to_a_connection_go_with_it() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_was_drawn_with_a_token_is_taken_away_by_its_owner_or_an_admin() {
+async fn drawings_with_a_token_are_deleted_by_its_owner_or_an_admin() {
     let guarded = guarded(|_, _| {}).await;
     let [operator, admin, second] = [
         guarded.client(&of(Role::Operator)).await,

@@ -102,7 +102,7 @@ crate::over_every_transport![
 ];
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_was_made_with_a_token_is_its_owners_until_an_admin_takes_over() {
+async fn items_made_with_a_token_belong_to_its_owner_until_an_admin_takes_over() {
     let guarded = guarded(|config, _| config.driver.state = simd_world::handle::RunState::Paused).await;
     for place in [guarded.grpc(), guarded.running.locators()[0].clone()] {
         let connect = async |token| Client::connect_with(&place, options(Some(token), None)).await.unwrap();

@@ -36,7 +36,7 @@ async fn readings_are_published_in_batches_without_a_hole() {
 
 /// A world that stands still publishes its newest reading for late subscribers.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_subscribes_late_gets_the_newest_reading() {
+async fn late_subscribers_get_the_newest_reading() {
     let daemon = arm(Via::Zenoh).await;
     daemon.client.create_sensor(imu("imu")).await.unwrap();
     daemon.client.step(3).await.unwrap();

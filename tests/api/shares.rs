@@ -75,7 +75,7 @@ async fn one_has_its_share_and_another_has_room(one: &Client, other: &Client) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_one_client_made_is_held_to_its_share_over_each_transport() {
+async fn a_client_is_held_to_its_share_over_each_transport() {
     for via in [Via::Grpc, Via::Zenoh] {
         let daemon = Daemon::start_via(via, small_shares).await;
         for robot in ["arm", "second"] {

@@ -186,7 +186,7 @@ fn with_certificate(guarded: &crate::security::Guarded) -> simd_client::ConnectO
 
 /// Zenoh itself reports that each of them has expired.
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_wrong_with_certificates_is_said_over_zenoh_too() {
+async fn faults_of_certificates_are_reported_over_zenoh_too() {
     let sealed = async |asks: bool| {
         guarded(move |config, folder| {
             let files = certificates(folder);
@@ -228,7 +228,7 @@ async fn what_is_wrong_with_certificates_is_said_over_zenoh_too() {
 
 /// A connection that never completes its handshake is closed like one that sends nothing.
 #[tokio::test(flavor = "multi_thread")]
-async fn who_connects_and_says_nothing_is_cut_off() {
+async fn a_silent_connection_is_cut_off() {
     use tokio::io::AsyncReadExt as _;
     let guarded = guarded(|config, folder| {
         config.tls = Some(certificates(folder));

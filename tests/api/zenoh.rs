@@ -148,7 +148,7 @@ async fn a_locator_without_a_daemon_says_so() {
 
 /// Two at once behind one router: never both.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn of_two_daemons_of_one_name_at_most_one_starts() {
+async fn at_most_one_of_two_daemons_with_one_name_starts() {
     let router = network::Router::start().await;
     let start = || async {
         let zenoh = Zenoh { connect: vec![router.locator.clone()], ..Zenoh::default() };
@@ -289,7 +289,7 @@ async fn ask_for_streams(asker: &zenoh::Session, count: usize, attachment: Optio
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_a_session_held_that_vanished_is_free() {
+async fn claims_of_a_vanished_session_are_free() {
     let daemon = Daemon::start_via(Via::Zenoh, |config| config.driver.state = RunState::Playing).await;
     load_arm(&daemon.client, "arm").await;
     for _ in 0..2 {
@@ -311,7 +311,7 @@ async fn what_a_session_held_that_vanished_is_free() {
 
 /// The daemon does not know whose queries these are.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_a_session_held_that_vanished_and_had_no_name_is_free() {
+async fn claims_of_a_vanished_unnamed_session_are_free() {
     let daemon = Daemon::start_via(Via::Zenoh, |config| {
         config.driver.state = RunState::Playing;
         config.limits.zenoh_unnamed_stream_time = Duration::from_secs(2);

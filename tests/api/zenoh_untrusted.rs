@@ -98,7 +98,7 @@ async fn target(client: &Client) -> f64 {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_is_heard_of_a_claim_drives_nothing() {
+async fn an_overheard_claim_drives_nothing() {
     let daemon = arm(Via::Zenoh).await;
     load_arm(&daemon.client, "other").await;
     let untrusted = Untrusted::of(&daemon).await;
@@ -250,7 +250,7 @@ async fn a_token_that_is_none_leaves_the_only_daemon_the_only_one() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn of_two_that_say_that_they_are_one_daemon_both_are_named_and_a_client_keeps_its_own() {
+async fn two_sessions_with_the_name_of_a_daemon_are_both_named_and_a_client_keeps_its_own() {
     let daemon = arm(Via::Zenoh).await;
     let locator = &daemon.running.locators()[0];
     let session = network::session("client", locator).await;

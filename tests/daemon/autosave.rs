@@ -128,7 +128,7 @@ async fn a_file_that_cannot_be_used_is_moved_aside_and_the_daemon_starts_as_it_i
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn where_the_world_cannot_be_saved_the_log_says_so_once_and_the_world_goes_on() {
+async fn if_the_world_cannot_be_saved_the_log_says_so_once_and_the_world_continues() {
     let home = Home::new();
     let folder = home.path().join("not there for a while");
     fs::create_dir(&folder).unwrap();

@@ -132,7 +132,7 @@ async fn shoulders(daemon: &Process) -> [f64; 2] {
 }
 
 #[tokio::test]
-async fn what_is_wrong_with_a_constraint_is_said_in_a_sentence() {
+async fn faults_of_a_constraint_are_one_sentence() {
     let daemon = boxes().await;
     written(&daemon, "constraint create weld left right --name pair").await;
     for (line, sentence) in [

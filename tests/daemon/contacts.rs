@@ -78,7 +78,7 @@ async fn distances_are_measured_to_shapes_of_no_robot() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_with_a_ray_or_a_distance_is_said_in_a_sentence() {
+async fn faults_of_a_ray_or_a_distance_are_one_sentence() {
     let daemon = balls().await;
     let folder = Home::new();
     let file = folder.path().join("rays.txt").display().to_string();

@@ -27,7 +27,7 @@ fn limit_open_files(daemon: &Process, current: u64) {
 
 /// Existing clients are served; new ones wait until others have gone.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn where_no_file_can_be_opened_those_who_are_there_are_served_and_others_later() {
+async fn if_no_file_can_be_opened_present_clients_are_served_and_others_later() {
     let mut daemon = demo().await;
     let client = daemon.client().await;
     client.robots().await.unwrap();

@@ -70,7 +70,7 @@ async fn a_log_that_is_not_read_does_no_harm() {
 
 /// As after Ctrl-S and Ctrl-Q. More is logged than the pipe and the daemon keep.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_reads_a_log_again_learns_how_much_is_missing() {
+async fn a_returning_reader_of_the_log_learns_how_much_is_missing() {
     let (reader, writer) = std::io::pipe().unwrap();
     let daemon = loud(writer).await;
     let client = daemon.client().await;

@@ -118,7 +118,7 @@ async fn copies_with_the_same_targets_differ_and_are_weighed() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_with_costs_and_variations_is_said_in_a_sentence() {
+async fn faults_of_costs_and_variations_are_one_sentence() {
     let daemon = paused().await;
     let home = Home::new();
     let tried = file(home.path(), "tried.csv", "shoulder\n0.3\n");

@@ -91,7 +91,7 @@ async fn sensors_are_added_listed_read_watched_and_removed() {
 }
 
 #[tokio::test]
-async fn what_is_wrong_with_a_sensor_is_said_in_a_sentence() {
+async fn faults_of_a_sensor_are_one_sentence() {
     let daemon = paused().await;
     for (line, sentence) in [
         (
@@ -135,7 +135,7 @@ async fn what_is_wrong_with_a_sensor_is_said_in_a_sentence() {
 
 /// A camera has pictures and no readings; a sensor without a reading yet says when the first is due.
 #[tokio::test]
-async fn what_has_no_reading_says_why() {
+async fn sensors_without_a_reading_say_why() {
     let daemon = paused().await;
     for add in ["camera bench_arm --name eye", "imu bench_arm --name imu"] {
         written(&daemon, &format!("sensor add {add}")).await;

@@ -35,7 +35,7 @@ fn height(world: &Simulation, robot: usize) -> f64 {
 
 /// depth = m g / k, to 1e-9 m: an implicit spring is exact at rest, at any time step.
 #[test]
-fn what_rests_on_a_spring_is_as_deep_as_hookes_law_says() {
+fn a_body_on_a_spring_is_as_deep_as_hookes_law_says() {
     for (h, stiffness) in [(1e-3, 1e3), (4e-3, 1e5), (1e-3, 1e7)] {
         let mut world = ground(h);
         spawn(&mut world, robot("body", &ball(0.1, 2.0), at(0.0, 0.1), false));

@@ -142,7 +142,7 @@ fn contacts_make_no_energy_from_nothing() {
 /// Links with the deepest possible overlap separate at the documented speed, and are at rest afterwards: the
 /// correction of overlaps adds no speed.
 #[test]
-fn what_overlaps_comes_apart_without_flying_off() {
+fn overlapping_bodies_separate_without_flying_off() {
     let mut world = world(1e-3);
     spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
     let at = DPose3::from_translation(DVec3::Z * 0.02);
@@ -172,7 +172,7 @@ fn box_at_rest() -> Simulation {
 
 /// Each way to wake a sleeping body: the box below or above moves.
 #[test]
-fn what_sleeps_wakes_when_something_changes() {
+fn sleeping_bodies_wake_when_something_changes() {
     let moved = |world: &mut Simulation, what: &str| {
         (0..300).for_each(|_| world.step());
         let z = look(world).roots.iter().last().map(|root| root.pose.translation).unwrap();
@@ -224,7 +224,7 @@ fn what_sleeps_wakes_when_something_changes() {
 
 /// A sleeping body still reports its contacts and their forces.
 #[test]
-fn what_sleeps_still_reports_its_contacts() {
+fn sleeping_bodies_still_report_their_contacts() {
     let world = box_at_rest();
     let below = contacts(&world, Some("box-1"));
     let force: f64 = below.iter().map(|contact| contact.normal_force).sum();

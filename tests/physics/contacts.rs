@@ -213,7 +213,7 @@ fn five_metres_a_second_do_not_pass_a_wall_of_two_millimetres() {
 
 /// A standing body pushes the ground with its weight: every step, to rounding of the solver.
 #[test]
-fn what_stands_pushes_the_ground_with_its_weight() {
+fn standing_bodies_push_the_ground_with_their_weight() {
     let mut world = stack(1e-3);
     (0..10).for_each(|i| keep_awake(&mut world, &format!("box-{i}")));
     run(&mut world, 1.0);
@@ -339,7 +339,7 @@ fn friction_brakes_what_can_move_along_one_direction_alone() {
 /// The search distance for contacts depends on the speed at which two shapes approach, and not on their speed
 /// of fall. At 588 m/s a step of a millisecond moves each by 0.6 m.
 #[test]
-fn what_falls_side_by_side_does_not_touch_however_fast() {
+fn bodies_that_fall_side_by_side_do_not_touch_however_fast() {
     let mut world = world(1e-3);
     for (name, x) in [("left", 0.0), ("right", 0.3)] {
         spawn(&mut world, robot(name, &ball(0.1, 1.0), DPose3::from_translation(DVec3::X * x), false));

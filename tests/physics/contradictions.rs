@@ -82,7 +82,7 @@ fn world(rng: &mut Rng, mix: Mix) -> Simulation {
 /// moves faster than after a fall to its place. At most one robot of twenty is disabled, and unmet
 /// constraints are reported.
 #[test]
-fn what_a_robot_cannot_meet_does_not_tear_it_apart() {
+fn constraints_that_a_robot_cannot_meet_do_not_tear_it_apart() {
     let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(15);
     for mix in Mix::ALL {
         let (mut off, mut reported, mut fast, mut out) = (0, 0, 0, Vec::new());

@@ -267,7 +267,7 @@ fn an_interrupted_step_never_began() {
 /// A step caches which robots it has to process, and how. The cache is right whatever happens between steps:
 /// a world continues like one that was interrupted and so computes it again for each step.
 #[test]
-fn what_a_step_keeps_of_robots_holds_after_any_command() {
+fn cached_data_of_robots_is_valid_after_any_command() {
     let mut worlds = [0, 0].map(|_| jumble(&mut Rng::with_seed(31)));
     for world in &mut worlds {
         for i in 0..3 {

@@ -214,7 +214,7 @@ fn shaken(seed: u64, seconds: f64) -> f64 {
 /// A table that shakes and turns by sines, with accelerations that friction can hold, and a body anywhere on
 /// it.
 #[test]
-fn what_friction_can_hold_stays_on_a_table_that_shakes_and_turns() {
+fn bodies_within_friction_stay_on_a_table_that_shakes_and_turns() {
     let count = seeds("HELD_BODIES", 12);
     let (mut largest, mut failed) = (0.0f64, Vec::new());
     for seed in 0..count {

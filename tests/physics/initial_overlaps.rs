@@ -323,7 +323,7 @@ fn a_step_of_a_robot_that_overlaps_itself_everywhere_can_be_interrupted() {
 /// filter to its present value leaves it there, to a millimetre. Without the contact it would pass through at
 /// 1 m/s.
 #[test]
-fn what_is_pressed_into_something_still_touches_it_after_a_change_of_nothing() {
+fn pressed_bodies_still_touch_after_a_change_of_nothing() {
     let mut soft = scenes::surface(1.0, 0.0);
     for link in &mut soft.links {
         (link.material.contact_stiffness, link.material.contact_damping) = (Some(1e3), Some(100.0));

@@ -84,7 +84,7 @@ fn joints_that_turn_or_slide_by_velocity_name_what_stops_them() {
 }
 
 #[test]
-fn what_reaches_its_target_or_pushes_as_it_is_asked_is_not_blocked() {
+fn a_joint_that_reaches_its_target_or_pushes_on_request_is_not_blocked() {
     let mut world = scene(at(1.05, 0.0, 0.5));
     set_targets(&mut world, "arm", &[("shoulder", Target::position(0.0)), ("slide", Target::position(0.05))]);
     run(&mut world, 2.0);

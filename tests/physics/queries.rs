@@ -222,7 +222,7 @@ fn round_shapes_on_one_axis_are_as_deep_inside_each_other_as_beside_it() {
 
 /// Neighbours are left out on request, and so are disabled pairs and groups that do not collide.
 #[test]
-fn what_may_not_touch_is_left_out_where_asked() {
+fn filtered_pairs_are_left_out_on_request() {
     let mut world = scene();
     let pairs = |world: &Simulation| {
         let query = DistanceQuery { filtered: true, ..all(body(1), None) };
@@ -319,7 +319,7 @@ fn a_shape_is_cast_until_it_touches() {
 /// below its position at that time, and not below its start. On a path of 500 m the two are 2.7 cm apart. The
 /// same on a box, a mesh and the hull of one.
 #[test]
-fn what_is_met_at_the_start_of_a_long_way_is_met_where_it_touches() {
+fn a_hit_at_the_start_of_a_long_path_is_where_it_touches() {
     let pose = DPose3::from_parts(
         DVec3::new(0.3, -0.2, 1.0),
         DQuat::from_rotation_x(0.6) * DQuat::from_rotation_y(0.5),

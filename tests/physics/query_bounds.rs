@@ -12,7 +12,7 @@ use crate::queries::{all, ask, at, body, scene};
 /// Two hundred boxes in pairs, with their upper sides in one plane. A ray's hit is the first of the robots
 /// hit at that place, whatever tree was built.
 #[test]
-fn of_hits_at_one_place_the_first_robot_counts() {
+fn the_first_robot_counts_among_hits_at_one_place() {
     let mut world = world(1e-3);
     let tile = cuboid(DVec3::new(1.0, 1.0, 0.1), 1.0);
     // Spawned in another order than their cells.

@@ -196,7 +196,7 @@ const HUMANOID: f64 = 1.01;
 /// A stack of three on a slope, held by friction, keeps its place except for rounding. Tested for ten
 /// seconds, at any time step, with both integrators.
 #[test]
-fn what_friction_holds_does_not_creep() {
+fn bodies_held_by_friction_do_not_creep() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
         for time_step in [1e-4, 1e-3, 4e-3] {
             let creep = creep_on_a_slope(integrator, time_step);
@@ -259,7 +259,7 @@ fn forces_at_rest_do_not_depend_on_the_past() {
 
 /// A restored world continues to the bit even if it is solved directly.
 #[test]
-fn what_rests_runs_on_to_the_bit_after_a_restore() {
+fn resting_bodies_continue_to_the_bit_after_a_restore() {
     let build = || {
         let mut world = ground(1e-3);
         let model: Arc<_> = cuboid(DVec3::splat(0.2), 1.0);

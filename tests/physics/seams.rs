@@ -185,7 +185,7 @@ fn change_over_joint(seed: u64) -> (String, f64, f64) {
 /// A change of at most 1e-3 of the speed, plus the effect of the height of a step. For every pair of kinds,
 /// at any speed and angle, with gaps up to 10 mm and steps up to 0.05 mm.
 #[test]
-fn what_slides_over_a_joint_of_a_floor_keeps_its_velocity() {
+fn bodies_that_slide_over_a_joint_of_a_floor_keep_their_velocity() {
     let count = seeds("SEAMS", 60);
     let (mut largest, mut failed) = (0.0f64, Vec::new());
     for seed in 0..count {
@@ -222,7 +222,7 @@ fn a_box_slides_over_fifteen_tiles_as_far_as_over_one() {
 
 /// A step of 1 mm, a wall, and a wall that stands on the floor stop a body of every kind.
 #[test]
-fn what_is_higher_than_a_joint_stops_a_body() {
+fn a_step_higher_than_a_joint_stops_a_body() {
     for floor in [Floor::Boxes, Floor::BoxesOfOneLink, Floor::Meshes, Floor::Hulls, Floor::SlabInPlane] {
         for kind in [Body::Box, Body::CylinderOnItsEnd, Body::Hull] {
             for step in [1e-3, 0.02, 0.08] {

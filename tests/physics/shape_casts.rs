@@ -124,7 +124,7 @@ fn a_cast_is_as_much_work_as_the_cells_below_it() {
 }
 
 #[test]
-fn what_is_below_a_height_field_is_met_at_the_start_and_the_ground_from_beside() {
+fn a_shape_below_a_height_field_is_hit_at_the_start_and_the_ground_from_the_side() {
     let slope = 0.2;
     let seen = of(ground(&field(50, 4.0, |x, _| slope * x)));
     let normal = DVec3::new(-slope, 0.0, 1.0).normalize();

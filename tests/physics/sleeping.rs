@@ -183,7 +183,7 @@ fn another_time_step_does_not_change_the_forces_of_the_last_step() {
 /// Boxes and a table, some of which are deleted, spawned, thrown, disabled and given substeps. A body that
 /// lies still for a while, asleep or not, is supported with its weight and its load.
 #[test]
-fn what_lies_still_is_carried_whatever_came_and_went() {
+fn bodies_at_rest_are_carried_whatever_came_and_went() {
     let mut checked = [0; 2];
     for seed in 0..12 {
         let rng = &mut Rng::with_seed(seed);

@@ -16,7 +16,7 @@ fn set_physics(world: &mut Simulation, change: PhysicsChange) {
 /// A slope of this angle without friction, and a box on it. The box has slid g sin(angle) t^2 / 2 after t
 /// seconds, at any slope.
 #[test]
-fn what_is_not_balanced_slides_however_slowly() {
+fn unbalanced_bodies_slide_however_slowly() {
     for (gravity, angle, seconds) in [(1e-3, 0.3, 20.0), (6e-5, 0.5, 20.0), (9.81, 2e-5, 20.0)] {
         let mut world = world(1e-3);
         set_physics(
@@ -42,7 +42,7 @@ fn what_is_not_balanced_slides_however_slowly() {
 }
 
 #[test]
-fn what_slides_slowly_without_friction_goes_on() {
+fn bodies_without_friction_continue_to_slide_slowly() {
     let mut world = world(1e-3);
     let smooth = surface(0.0, 0.0);
     let ground = robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true);

@@ -126,7 +126,7 @@ fn the_distance_from_rough_ground_is_that_from_its_nearest_triangle() {
 }
 
 #[test]
-fn what_is_in_or_below_a_height_field_overlaps_it_and_what_is_above_does_not() {
+fn shapes_in_or_below_a_height_field_overlap_it_and_shapes_above_do_not() {
     let mut world = world(1e-3);
     spawn(&mut world, ground(&field(50, 4.0, |x, _| 0.2 * x)));
     let seen = look(&world);
@@ -147,7 +147,7 @@ fn what_is_in_or_below_a_height_field_overlaps_it_and_what_is_above_does_not() {
 /// the hill the way down would be the shorter one, but the ground is below. A cast that begins there is
 /// stopped in the same way.
 #[test]
-fn what_a_hill_stands_in_is_parted_from_the_ground_upwards() {
+fn a_shape_around_a_hill_is_separated_from_the_ground_upwards() {
     let hill = |x: f64, y: f64| 0.095 - 0.1 * x.hypot(y);
     let plate = Geometry::Box { size: DVec3::new(2.0, 2.0, 0.1) };
     let pose = at(0.8, 0.0, 0.05);
@@ -245,7 +245,7 @@ fn no_ray_passes_between_the_triangles_of_a_slope() {
 /// A slab of 10 m by 10 m by 0.1 m has an inside, and bodies above or below are not in it. The callback is
 /// called for each pair of shapes.
 #[test]
-fn what_starts_inside_of_a_closed_mesh_is_below_its_surface() {
+fn a_start_inside_of_a_closed_mesh_is_below_its_surface() {
     let corner = |i: u32| {
         let side = |axis: u32| if i >> axis & 1 == 0 { -0.5 } else { 0.5 };
         DVec3::new(10.0 * side(0), 10.0 * side(1), 0.1 * side(2) - 0.05)

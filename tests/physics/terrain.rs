@@ -205,7 +205,7 @@ fn a_thin_mesh_lets_nothing_through() {
 
 /// A body that starts below the surface of a height field is in the ground, and comes up.
 #[test]
-fn what_starts_in_a_height_field_comes_out_of_it() {
+fn bodies_that_start_in_a_height_field_come_out_of_it() {
     let mut world = world(1e-3);
     spawn(&mut world, ground(&field(11, 4.0, |x, _| 0.1 * x)));
     spawn(&mut world, robot("body", &ball(0.1, 1.0), at(0.3, 0.2, -0.4), false));
@@ -261,7 +261,7 @@ fn work_in_a_town(town: impl FnOnce(&mut Simulation)) -> u64 {
 /// The number of compared pairs does not grow with the bodies around: counted, for shapes of one link and for
 /// robots.
 #[test]
-fn what_stands_around_costs_a_step_nothing() {
+fn immovable_objects_cost_a_step_nothing() {
     let of_shapes = |count: usize| {
         work_in_a_town(|world| {
             spawn(world, robot("town", &solid(&houses(count), 1.0), DPose3::IDENTITY, true));
@@ -285,7 +285,7 @@ fn what_stands_around_costs_a_step_nothing() {
 
 /// A house that is moved is found at its new place, and no longer at the old one.
 #[test]
-fn what_stands_around_is_found_where_it_was_put() {
+fn immovable_objects_are_found_where_they_were_put() {
     let mut world = world(1e-3);
     spawn(&mut world, robot("plane", &plane(DVec3::Z), DPose3::IDENTITY, true));
     spawn(&mut world, robot("town", &solid(&houses(400), 1.0), DPose3::IDENTITY, true));

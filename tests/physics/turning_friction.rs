@@ -179,7 +179,7 @@ fn coefficients_of_zero_change_no_bit() {
 
 /// A state with torques that hold runs on to the bit after a restore.
 #[test]
-fn what_turning_friction_holds_runs_on_to_the_bit() {
+fn bodies_held_by_turning_friction_continue_to_the_bit() {
     let r = 0.1 * R;
     let surfaces = (turning(r, r), turning(0.0, 0.0));
     let mut world = on_a_plane(&ball(R, 0.5), (R, 0.05), surfaces, (1e-3, Integrator::Leapfrog));

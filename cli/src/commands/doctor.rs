@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn what_to_do_follows_the_table_with_the_worst_first() {
+    fn advice_follows_the_table_with_the_worst_first() {
         let findings = [
             Finding::ok("a", "fine"),
             Finding::warning("b", "hm", "look"),

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_assignment_is_refused() {
+    fn texts_that_are_not_assignments_are_refused() {
         for text in ["speed", "=1", "speed=", "speed=fast", ""] {
             assert!(assignment(text).is_err(), "{text:?}");
         }

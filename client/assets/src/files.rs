@@ -107,7 +107,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_is_no_file_is_refused_at_once_and_a_link_in_a_folder_too() {
+    fn pipes_are_refused_at_once_and_links_in_a_folder_too() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         let made = std::process::Command::new("mkfifo").arg(path("pipe")).status().unwrap();

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_looked_up_is_refused_with_a_phrase() {
+    fn unusable_uris_are_refused_with_a_phrase() {
         for (uri, why) in [
             ("", Why::Empty),
             ("https://a/b.stl", Why::Network),

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_image_is_refused_with_a_reason() {
+    fn other_files_than_images_are_refused_with_a_reason() {
         assert_eq!(read(b"GIF89a").unwrap_err(), "it is neither PNG nor JPEG");
         let file = encoded(2, 1, png::ColorType::Rgb, &[1, 2, 3, 4, 5, 6]);
         for length in 4..file.len() - 12 {

@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_daemon_that_comes_back_mends_is_waited_for_and_nothing_else() {
+    fn only_faults_that_a_returning_daemon_mends_are_waited_for() {
         let endpoint = || "lab:7400".to_owned();
         let reason = String::new;
         assert!(is_passing(&Error::Unreachable { endpoint: endpoint(), reason: reason() }));

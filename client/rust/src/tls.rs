@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rustls_says_becomes_a_sentence_and_what_the_network_says_does_not() {
+    fn errors_of_rustls_become_sentences_and_errors_of_the_network_do_not() {
         for (reason, part) in [
             ("invalid peer certificate: UnknownIssuer", "SIMD_TLS_CA"),
             ("invalid peer certificate: certificate not valid for name \"lab\"", "not for that host"),

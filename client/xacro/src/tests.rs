@@ -258,7 +258,7 @@ fn other_namespaces_are_kept_and_declared_at_the_root() {
 }
 
 #[test]
-fn what_python_cannot_read_is_refused_and_what_we_do_not_have_is_named() {
+fn invalid_expressions_are_refused_and_unsupported_ones_are_named() {
     for (text, reason) in [
         ("<x y='${a}'/>", "line 2: \"a\" is not defined, in ${a}"),
         ("<x y='${1 +}'/>", "line 2: the expression ends too early, in ${1 +}"),
@@ -298,7 +298,7 @@ fn what_python_cannot_read_is_refused_and_what_we_do_not_have_is_named() {
 }
 
 #[test]
-fn what_grows_without_end_is_refused() {
+fn endless_growth_is_refused() {
     let endless = "<xacro:macro name='m'><xacro:m/></xacro:macro><xacro:m/>";
     assert!(why(endless).contains("nested deeper than 150"), "{}", why(endless));
     let mut doubling = "<xacro:macro name='m0'><x/></xacro:macro>".to_owned();

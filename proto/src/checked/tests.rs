@@ -73,7 +73,7 @@ fn a_map_of_empty_entries_is_weighed_by_its_nodes() {
 }
 
 #[test]
-fn what_is_no_message_is_refused_before_it_is_decoded() {
+fn invalid_bytes_are_refused_before_they_are_decoded() {
     let malformed: [&[u8]; 6] = [
         &[0x0a, 0xff, 0xff, 0xff, 0xff, 0x0f],
         // A list element that claims more bytes than its message has, with the rest after it.

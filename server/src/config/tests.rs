@@ -298,7 +298,7 @@ fn each_key_can_be_said_in_each_way_and_takes_its_own_default() {
 }
 
 #[test]
-fn what_holds_is_shown_with_who_said_it() {
+fn each_value_is_shown_with_its_source() {
     let words = ["simd", "config", "show", "--time-step", "0.002"].map(OsString::from);
     let variables = [("SIMD_ZENOH_STATE_RATE".into(), "7".into())];
     let Some(Ok(Asked::Text(text))) = run(&words, variables) else { panic!() };

@@ -98,7 +98,7 @@ async fn a_world_is_saved_and_restored_whatever_saved_states_its_clients_have_or
 
 /// The effects of an answered call are saved, even of a late one.
 #[tokio::test]
-async fn what_calls_do_while_a_daemon_drains_is_saved() {
+async fn effects_of_calls_while_a_daemon_drains_are_saved() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("world.simdstate");
     let running = start(saved_in(&file)).await.unwrap();

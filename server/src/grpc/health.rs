@@ -98,7 +98,7 @@ mod tests {
     use simd_world::loading::Loader;
 
     #[tokio::test]
-    async fn who_watches_hears_that_the_physics_thread_has_ended() {
+    async fn watchers_learn_that_the_physics_thread_has_ended() {
         let limits = DaemonLimits::default();
         let paused = driver::Config { state: RunState::Paused, ..Default::default() };
         let driver = driver::start(FakeWorld::panicking_at(1), paused).unwrap();

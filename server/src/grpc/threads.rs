@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn what_is_served_is_cut_with_the_threads() {
+    async fn served_connections_are_cut_with_the_threads() {
         let threads = FrontEndThreads::start().unwrap();
         let (held, gone) = oneshot::channel::<()>();
         threads.serve(&TaskTracker::new(), async move {

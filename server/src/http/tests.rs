@@ -187,7 +187,7 @@ async fn a_collider_that_no_robot_has_is_not_found() {
 }
 
 #[tokio::test]
-async fn what_a_page_asks_for_waits_as_the_calls_of_its_client() {
+async fn requests_of_a_page_wait_like_calls_of_its_client() {
     let (routes, handle) = beside_a_world(spawn_with_a_mesh(MeshShapes::Hull)).await;
     let newest = handle.newest();
     let (_, robot) = newest.state.entity("arm").unwrap();

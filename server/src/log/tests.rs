@@ -95,7 +95,7 @@ fn a_reader_that_reads_nothing_costs_bounded_memory_and_learns_what_it_missed() 
 }
 
 #[test]
-fn what_fails_to_be_written_is_counted_and_reported_once_it_can_be() {
+fn unwritten_lines_are_counted_and_reported_later() {
     let bench = Bench::new();
     bench.log("lost\n");
     bench.writes.recv().unwrap();
@@ -138,7 +138,7 @@ fn a_reader_that_is_gone_makes_no_writer_fail() {
 }
 
 #[test]
-fn what_a_reader_cannot_see_is_written_out() {
+fn invisible_characters_are_written_out() {
     let bench = Bench::new();
     bench.log("joint `a\u{202e}b\u{200b}` of `épaule`\n");
     assert_eq!(bench.take(), "joint `a\\u{202e}b\\u{200b}` of `épaule`\n");

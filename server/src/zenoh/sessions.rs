@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_session_asked_for_ends_with_it_alone() {
+    fn streams_of_a_session_end_with_it_and_no_others() {
         let sessions = Sessions::default();
         ["named", "other"].iter().for_each(|zid| sessions.note_connection(zid, SampleKind::Put));
         let [named, other] = ["named", "other"].map(|zid| sessions.end_of(zid).unwrap());

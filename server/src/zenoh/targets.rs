@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_bounded_in_bytes_with_its_attachments() {
+    fn waiting_targets_are_bounded_in_bytes_with_their_attachments() {
         let (inbox, mut receiver) = inbox(1000);
         for _ in 0..5 {
             inbox.take(&bytes(300), Some(&bytes(100)), || Proven::Nothing);
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_bounded_in_number() {
+    fn waiting_targets_are_bounded_in_number() {
         let (inbox, receiver) = inbox(1000);
         for _ in 0..WAITING + 3 {
             inbox.take(&bytes(1), None, || Proven::Nothing);

@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_method_gives_is_expected_to_be_as_large_again() {
+    fn the_next_answer_of_a_method_is_expected_to_be_as_large() {
         let answers = UnreadAnswers::new(10);
         answers.made("/a", 1000);
         answers.made("/a", 10);

@@ -102,7 +102,7 @@ fn of(contact: &ContactMeasurement, robot: usize, link: Option<usize>) -> DVec3 
 /// sides, and lift it. The sum of the two wrists' forces then equals the sum of the three bodies' forces,
 /// less the ground's. To rounding, at whatever part of the step a contact begins: 1e-9 of 40 N.
 #[test]
-fn what_two_wrists_feel_of_a_cube_between_them_is_what_the_cube_feels() {
+fn readings_of_two_wrists_sum_to_the_load_of_the_cube_between_them() {
     let mut world = hand();
     go_to(&mut world, "gripper", &[("left", 0.09), ("right", 0.09)]);
     let near = |a: DVec3, b: DVec3, what: &str, step: usize| {

@@ -60,7 +60,7 @@ struct Expected {
 /// Both codes do the same arithmetic in another order. For resting bodies, MuJoCo's solver is iterated and
 /// simd's contacts hold to 1e-6.
 #[test]
-fn what_sensors_measure_is_what_mujocos_do() {
+fn sensors_measure_what_mujocos_do() {
     let text = include_str!("../../reference/sensors.json");
     let reference: Reference = serde_json::from_str(text).unwrap();
     let mut failures = Vec::new();

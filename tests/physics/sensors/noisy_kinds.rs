@@ -200,7 +200,7 @@ fn every_number_walks_as_far_as_was_asked() {
 
 /// If several quantities lose samples, the largest part applies, within four standard deviations of 10,000.
 #[test]
-fn of_several_dropouts_the_largest_counts() {
+fn the_largest_of_several_dropouts_counts() {
     let mut world = world(1e-3);
     apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(chain(1)), false, &[0.0]))));
     let lost = |channels, dropout| ChannelNoise {

@@ -103,7 +103,7 @@ fn stool() -> Arc<RobotModel> {
 /// The feet of a standing robot carry its 6 kg in all, the front ones more, since they are nearer to its
 /// centre. Resting bodies are solved to rounding: 1e-6 N.
 #[test]
-fn what_the_feet_of_a_standing_robot_feel_sums_to_its_weight() {
+fn forces_on_the_feet_of_a_standing_robot_sum_to_its_weight() {
     let mut world = ground();
     spawn(&mut world, robot("stool", &stool(), at(0.0, 0.0, 0.32), false));
     (0..4).for_each(|leg| add(&mut world, create("stool", &format!("foot-{leg}"), DPose3::IDENTITY, TOUCH)));
@@ -123,7 +123,7 @@ fn what_the_feet_of_a_standing_robot_feel_sums_to_its_weight() {
 /// to its weight within a millionth of it once it has come to rest, asleep or kept awake. No other part of it
 /// has contacts.
 #[test]
-fn what_the_toes_of_a_standing_a1_feel_sums_to_its_weight() {
+fn forces_on_the_toes_of_a_standing_a1_sum_to_its_weight() {
     let (model, _) = robots::read("pybullet_data/a1/a1.urdf");
     let weight = model.links.iter().map(|link| link.inertial.mass).sum::<f64>() * G;
     for stays_awake in [false, true] {

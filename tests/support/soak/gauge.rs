@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_scatters_does_not_grow() {
+    fn scattered_memory_does_not_grow() {
         let slope = Slope::of(&[(0.0, 0.0), (0.1, 1.0), (0.2, 0.0), (0.3, 1.0)]);
         assert!(slope.value > 1.0 && !slope.is_above(1.0), "{slope:?}");
     }

@@ -21,7 +21,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_kernel_does_not_say_is_unknown() {
+    fn properties_that_the_kernel_does_not_report_are_unknown() {
         let read = |file: &str| {
             let text = match file {
                 "/proc/sys/kernel/osrelease" => "6.1.0-13\n",

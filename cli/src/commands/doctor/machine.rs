@@ -201,7 +201,7 @@ Max realtime priority     0                    0
     }
 
     #[test]
-    fn of_control_groups_within_each_other_the_least_limit_counts() {
+    fn the_least_limit_of_nested_control_groups_counts() {
         let root = tempfile::tempdir().unwrap();
         let inner = root.path().join("system.slice/simd.service");
         fs::create_dir_all(&inner).unwrap();

@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn who_holds_a_joint_is_a_column_where_one_is_held() {
+    fn holders_are_a_column_if_a_joint_is_claimed() {
         let free = joint("elbow", JointType::Revolute);
         let held = JointInfo { claimed_by: "planner".into(), ..joint("wrist", JointType::Revolute) };
         let lines = |joints: &[&JointInfo], wide| -> Vec<String> {

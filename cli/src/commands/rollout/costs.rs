@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_names_its_term_or_its_line() {
+    fn faults_name_their_term_or_their_line() {
         let said = |text: &str| match read(text, "arm") {
             Ok(found) => panic!("{text}: {found:?}"),
             Err(error) => format!("{error:#}"),

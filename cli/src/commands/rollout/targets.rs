@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_begins_as_a_list_or_an_object_and_what_is_named_json_is_no_table() {
+    fn lists_objects_and_files_named_json_are_not_tables() {
         let said = |name: &str, text: &str| match read(Path::new(name), text) {
             Ok(found) => panic!("{name}, {text:?}: {found:?}"),
             Err(error) => error.to_string(),

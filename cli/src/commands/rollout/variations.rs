@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_typed_and_a_document_say_the_same() {
+    fn typed_variations_equal_those_of_a_document() {
         for (typed, document) in [
             (
                 "link-masses=0.8..1.2",
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn faults_are_named() {
         for (text, part) in [
             ("mass=0..1", "`mass` is nothing that can vary: joint-positions, "),
             ("unspecified=0..1", "is nothing that can vary"),

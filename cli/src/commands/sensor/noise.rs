@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn faults_are_named() {
         for (text, part) in [
             ("range", "CHANNEL"),
             ("sound:deviation=1", "`sound` is not a channel: linear-acceleration"),

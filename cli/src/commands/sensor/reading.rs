@@ -242,7 +242,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_no_number_of_json_can_be_is_a_text() {
+    fn numbers_beyond_json_are_texts() {
         let ranges = vec![1.5, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
         let view = MeasurementView::new(Some(Measurement::Lidar(LidarReading { ranges, columns: 2 })));
         let json = serde_json::to_string(&view).unwrap();

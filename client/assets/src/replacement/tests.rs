@@ -28,7 +28,7 @@ fn a_file_is_as_it_was_until_the_other_one_is_whole() {
 }
 
 #[test]
-fn what_a_program_that_was_killed_has_left_goes() {
+fn files_of_a_killed_program_are_removed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("file");
     fs::write(folder.path().join("file.new"), "a half that is longer").unwrap();
@@ -124,7 +124,7 @@ fn a_link_without_an_end_gets_one() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_is_no_file_is_written_in_place() {
+fn a_device_is_written_in_place() {
     let full = replace_file(Path::new("/dev/full"), b"something").unwrap_err();
     assert_eq!(full.kind(), ErrorKind::StorageFull);
     replace_file(Path::new("/dev/null"), b"something").unwrap();

@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_behind_or_beside_the_camera_is_left_out() {
+    fn things_behind_or_outside_of_the_view_are_left_out() {
         let bounds = Bounds::new(glamx::dcamera::rh::proj::opengl::perspective(
             std::f64::consts::FRAC_PI_2,
             1.0,

@@ -117,7 +117,7 @@ fn depth_is_along_the_axis_and_the_nearer_surface_is_seen() {
 }
 
 #[test]
-fn what_is_far_from_the_origin_is_drawn_as_exactly() {
+fn distant_things_are_drawn_as_exactly() {
     let mut renderer = renderer();
     let surface = Arc::new(renderer.upload(&primitives::ball(64)).unwrap());
     let here = scene(vec![item(&surface, DVec3::new(0.25, 0.0, -3.0), 1)]);
@@ -128,7 +128,7 @@ fn what_is_far_from_the_origin_is_drawn_as_exactly() {
 }
 
 #[test]
-fn what_is_translucent_shows_what_is_behind_and_is_measured_itself() {
+fn translucent_surfaces_show_the_background_and_have_their_own_depth() {
     let mut renderer = renderer();
     let surface = Arc::new(renderer.upload(&primitives::cube()).unwrap());
     let glass = Item { color: [0.0, 1.0, 0.0, 0.5], ..item(&surface, DVec3::new(0.0, 0.0, -3.0), 1) };
@@ -202,7 +202,7 @@ fn a_parallel_projection_has_depth_too() {
 /// A wall 10 m ahead and a box of 1 m half way there, with light from the side. The box's shadow lies on the
 /// wall from x = -6 m to -4 m.
 #[test]
-fn what_is_in_the_shadow_of_another_has_the_ambient_light_alone() {
+fn surfaces_in_a_shadow_have_only_the_ambient_light() {
     for smooths in [true, false] {
         let mut gpu = Gpu::open(None).unwrap();
         gpu.smooths &= smooths;

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_that_say_that_they_have_the_name_none_is_taken() {
+    fn neither_of_two_sessions_with_the_name_is_taken() {
         let daemons = Daemons::default();
         put(&daemons, "lab", "a1");
         put(&daemons, "lab", "b2");

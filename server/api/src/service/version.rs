@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_version_is_refused_by_the_name_of_the_header() {
+    fn invalid_versions_are_refused_by_the_name_of_the_header() {
         for said in ["", "one", "1", "1.x", "1.0.0"] {
             let status = check_version(said).unwrap_err();
             assert_eq!(status.code(), Code::InvalidArgument);

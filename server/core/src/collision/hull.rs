@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_found_over_edges_is_what_a_look_at_all_corners_finds() {
+    fn the_search_over_edges_finds_the_corner_that_a_full_search_finds() {
         let shape = hull();
         let polyhedron = shape.as_convex_polyhedron().unwrap();
         let (graph, points) = (Graph::of(polyhedron).unwrap(), polyhedron.points());

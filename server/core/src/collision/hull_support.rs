@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_farthest_is_what_a_look_at_all_corners_finds() {
+    fn the_farthest_corner_equals_that_of_a_full_search() {
         let shape = prism(40);
         let hull = shape.as_convex_polyhedron().unwrap();
         let graph = Graph::of(hull).unwrap();

@@ -151,7 +151,7 @@ mod tests {
 
     /// A box with a grid of corners on each side needs its eight.
     #[test]
-    fn what_is_flat_keeps_few_corners() {
+    fn flat_meshes_keep_few_corners() {
         let mut points = Vec::new();
         for i in 0..=20 {
             for j in 0..=20 {

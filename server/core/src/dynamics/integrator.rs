@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_joint_resists_with_is_found_with_one_division() {
+    fn the_resistance_of_a_joint_takes_one_division() {
         let h = 1e-3;
         for inertia in [1e-9, 0.01, 3.0, 1e6] {
             for spring in [0.0, 1.0, 1e5, 1e12] {

@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_large_or_no_number_is_left_to_the_system() {
+    fn large_angles_and_nan_are_left_to_the_system() {
         for angle in [LARGEST, LARGEST.next_up(), -1e9, 1e300] {
             assert!(error(angle) <= 2.0, "{angle}");
         }

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_move_has_no_spring() {
+    fn immovable_links_have_no_spring() {
         assert_eq!(spring(50.0, DVec3::X, &DMat3::ZERO, 1e-3), None);
         assert_eq!(spring(50.0, DVec3::X, &mobility([f64::NAN; 3]), 1e-3), None);
     }

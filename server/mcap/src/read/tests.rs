@@ -43,7 +43,7 @@ fn read(file: &[u8]) -> (Vec<Read>, Result<(), Error>) {
 }
 
 #[test]
-fn what_was_written_is_read_in_its_order() {
+fn written_records_are_read_in_order() {
     let file = file();
     let (messages, ended) = read(&file);
     ended.unwrap();

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_height_field_is_refused_in_a_sentence() {
+    fn other_files_than_height_fields_are_refused_with_a_sentence() {
         let said = |size| refused(png(&resized(size)));
         assert!(said([100_000, 100_000]).starts_with("it has 100000 rows of 100000 samples; the limit"));
         assert!(said([i32::MAX as u32; 2]).contains("the limit is 1000000 in all"));

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_unpack_to_too_much_is_refused_by_its_header() {
+    fn a_picture_that_unpacks_beyond_the_limit_is_refused_by_its_header() {
         for (width, height) in [(8193, 1), (1, u32::MAX), (8192, 8192)] {
             let why = read(&png(width, height)).unwrap_err();
             assert!(why.starts_with(&format!("it has {width} by {height} pixels; the limit is")), "{why}");
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_or_no_picture_is_refused() {
+    fn truncated_files_and_other_files_are_refused() {
         for end in 0..24 {
             read(&png(3, 5)[..end]).unwrap_err();
         }

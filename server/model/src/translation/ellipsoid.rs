@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_for_an_ellipsoid_says_how_far_it_is_from_it() {
+    fn a_capsule_in_place_of_an_ellipsoid_reports_its_distance() {
         let (_, _, said) = ellipsoid(DVec3::new(1.0, 1.0, 2.0));
         assert!(said.ends_with("is 0.1835 m"), "1 - sqrt(2 / 3): {said}");
         let (_, _, said) = ellipsoid(DVec3::ONE);

@@ -133,7 +133,7 @@ fn a_format_is_known_by_the_root_element() {
 }
 
 #[test]
-fn what_is_missing_is_named_before_the_rest_can_be_described() {
+fn missing_files_are_named_before_the_rest_can_be_described() {
     let main = "<mujoco><include file='body.xml'/></mujoco>";
     let described = describe_with(main.as_bytes(), &Files::default(), &LoadLimits::default()).unwrap();
     assert_eq!(described.asset_uris, ["body.xml"]);

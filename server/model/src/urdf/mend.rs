@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_begins_like_a_comment_and_is_none_is_left_out_up_to_its_end() {
+    fn a_false_comment_is_left_out_up_to_its_end() {
         let (text, notes) = of("<a>\n<!-\\- jump\n and spin -\\-><b/><!é></a>");
         assert_eq!(text.split_whitespace().collect::<String>(), "<a><b/></a>");
         assert_eq!(text.matches('\n').count(), 2);
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_well_formed_stays_as_it_is() {
+    fn well_formed_documents_stay_unchanged() {
         let text = "<a><![CDATA[ & -- ]]><b c='<!-- not a comment'/></a>";
         let mut notes = Vec::new();
         let stays = mended(Cow::Borrowed(text), &mut notes);

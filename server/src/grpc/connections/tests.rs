@@ -154,7 +154,7 @@ async fn connections_of_http_1_have_shares_of_their_own() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_is_idle_for_too_long_is_closed_and_cut_if_it_stays() {
+async fn connections_beyond_their_idle_time_are_closed_and_then_cut() {
     let mut coming = Coming::new();
     let idle = coming.next(peer(2)).await.unwrap();
     let (waits, waiting) = coming.busy(peer(2)).await;

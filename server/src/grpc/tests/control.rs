@@ -116,7 +116,7 @@ async fn a_paused_world_answers_with_the_state_there_is_after_the_timeout() {
 }
 
 #[tokio::test]
-async fn who_does_not_wait_gets_the_state_there_is() {
+async fn a_client_that_does_not_wait_gets_the_present_state() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut controller = Controller::connect(&daemon).await;
     let first = controller.ask(at_once()).await.states.unwrap();

@@ -43,7 +43,7 @@ async fn answers_pings(address: SocketAddr) -> (usize, Vec<FrameHead>) {
 }
 
 #[tokio::test]
-async fn who_only_answers_pings_is_closed_and_learns_so() {
+async fn a_client_that_only_answers_pings_is_closed_with_a_goaway() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut events = daemon.events().watch_events(v1::WatchEventsRequest::default()).await.unwrap();
     tokio::time::pause();

@@ -284,7 +284,7 @@ async fn xacro_is_expanded_and_what_is_wrong_with_it_has_a_reason() {
 }
 
 #[tokio::test]
-async fn what_the_transport_refuses_has_a_reason_too() {
+async fn refusals_of_the_transport_have_a_reason_too() {
     let daemon = Daemon::start(RunState::Paused).await;
     let urdf = vec![b' '; (16 << 20) + 1];
     let request = v1::PrepareDescriptionRequest { urdf, assets: Default::default() };

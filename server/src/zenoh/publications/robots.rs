@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_had_is_asked_for_again() {
+    fn publishers_that_fail_are_requested_again() {
         let world = world(&simulation());
         let mut robots = OfRobots::default();
         let [left, right] = [(0, "left".to_owned()), (1, "right".to_owned())];

@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn so_many_senders_are_remembered() {
+    fn a_bounded_number_of_senders_is_remembered() {
         let (guesses, now) = (Guesses::default(), Instant::now());
         for number in 0..3_000 {
             guesses.note(&sender(number), now + Duration::from_micros(number));

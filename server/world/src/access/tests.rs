@@ -27,7 +27,7 @@ fn entry(name: &str, role: Role) -> (String, TokenEntry) {
 }
 
 #[test]
-fn where_no_tokens_are_asked_for_everybody_may_do_all() {
+fn without_tokens_every_client_may_do_all() {
     let access = Access::open();
     assert!(!access.is_required());
     assert!(access.check(None, Role::Admin, "DeleteEntity").unwrap().is_none());
@@ -54,7 +54,7 @@ fn a_token_allows_its_role_and_those_below() {
 }
 
 #[test]
-fn what_is_no_file_is_not_waited_for() {
+fn a_folder_in_place_of_the_file_is_refused_without_waiting() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("tokens");
     let (text, alice) = entry("alice", Role::Viewer);
@@ -68,7 +68,7 @@ fn what_is_no_file_is_not_waited_for() {
 }
 
 #[test]
-fn what_changes_in_the_file_changes_what_is_allowed() {
+fn a_changed_file_changes_the_rights() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("tokens");
     let ((a, alice), (b, bob)) = (entry("alice", Role::Admin), entry("bob", Role::Viewer));

@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_before_a_restart_does_not_count() {
+    fn time_before_a_restart_does_not_count() {
         let start = Instant::now();
         let mut meter = Meter::new(start);
         meter.record(start + Duration::from_millis(1), 1e-3, Duration::ZERO);

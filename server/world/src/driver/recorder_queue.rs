@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_ends_the_queue_and_what_waited_is_still_read() {
+    fn an_entry_that_does_not_fit_ends_the_queue_and_earlier_ones_are_still_read() {
         let queue = queue(2 * applied().bytes());
         assert_eq!(queue.push(applied()), Ok(()));
         assert_eq!(queue.push(applied()), Ok(()));
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_read_makes_room() {
+    fn read_entries_make_room() {
         let queue = queue(2 * applied().bytes());
         for _ in 0..100 {
             assert_eq!(queue.push(applied()), Ok(()));

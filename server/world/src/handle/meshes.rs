@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_compressed_is_the_same() {
+    fn compressed_meshes_have_equal_content() {
         let bytes: Vec<u8> = (0..100_000_u32).flat_map(|n| (n / 7).to_le_bytes()).collect();
         let glb = Glb::of(bytes.clone());
         let mut decoder = flate2::write::GzDecoder::new(Vec::new());

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_robot_uses_stays() {
+    fn used_files_stay() {
         let mut store = store();
         let used = [0, 1].map(|n| put(&mut store, n));
         store.pin(&used);
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_is_unused_goes_after_a_while() {
+    async fn unused_files_are_dropped_after_a_while() {
         let mut store = store();
         let [used, asked, idle] = [0, 1, 2].map(|n| put(&mut store, n));
         store.pin(&[used]);

@@ -148,7 +148,7 @@ async fn a_missing_mesh_is_a_warning_that_names_the_places() {
 }
 
 #[tokio::test]
-async fn what_is_no_robot_is_refused_and_validation_says_why() {
+async fn descriptions_without_a_robot_are_refused_and_validation_says_why() {
     let handle = daemon(DaemonLimits::default(), &[]);
     let garbage = || inline("<robot".into());
     let refused = handle.spawn(request(garbage())).await.unwrap_err();
@@ -211,7 +211,7 @@ async fn a_robot_from_disk_is_read_again_at_a_reload_and_keeps_its_scale() {
 }
 
 #[tokio::test]
-async fn of_each_of_several_robots_it_is_known_how_it_was_made() {
+async fn the_source_of_each_of_several_robots_is_known() {
     let handle = daemon(DaemonLimits::default(), &[]);
     for scale in 1..=3 {
         let description = inline(urdf("arm", &["elbow"]));

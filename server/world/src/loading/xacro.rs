@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_has_its_file_and_line_and_names_no_folder_of_the_daemon() {
+    fn faults_have_their_file_and_line_and_name_no_folder_of_the_daemon() {
         for (text, said) in [
             ("<robot>\n<link name='${unknown}'/></robot>", "/dropped/arm-main/urdf/arm.urdf.xacro:2: "),
             (

@@ -252,7 +252,7 @@ async fn a_file_that_is_cut_is_replayed_as_far_as_it_goes() {
 }
 
 #[tokio::test]
-async fn what_is_no_recording_is_refused_in_a_sentence() {
+async fn other_files_than_recordings_are_refused_with_a_sentence() {
     let refusal = |file: Vec<u8>| async move { replayed(&file, None).await.unwrap_err() };
     assert_eq!(refusal(b"solid ascii".to_vec()).await, "it does not begin like an MCAP file");
     let writer = simd_mcap::Writer::new(Vec::new(), "ros2", "other").unwrap();

@@ -128,7 +128,7 @@ fn the_chosen_one_of_500_robots_is_on_the_screen() {
 }
 
 #[test]
-fn what_a_terminal_obeys_is_written_out() {
+fn control_characters_are_written_out() {
     let mut app = App::default();
     let mut worlds = recorded(vec![robot("a\x1b[31m\u{202e}b\nc", 1), robot("肩", 1)]);
     worlds[0].name = Some("l\u{9b}ab".into());

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_shape_can_be_is_refused_by_the_name_of_the_field() {
+    fn invalid_shapes_are_refused_by_the_name_of_the_field() {
         use v1::primitive::Geometry as Wire;
         let flat = v1::Vector3 { x: 1.0, y: 0.0, z: 1.0 };
         let nowhere = v1::Vector3 { x: 0.0, y: 0.0, z: 0.0 };

@@ -255,7 +255,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_term_has_no_use_for_is_refused() {
+    fn fields_that_a_term_cannot_use_are_refused() {
         use v1::rollout_cost::Term;
         let joints = |targets: &[f64], wrapped: bool| v1::RolloutJointTerm {
             robot: "arm".into(),

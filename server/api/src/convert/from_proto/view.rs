@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_of_a_marker_has_its_default() {
+    fn absent_fields_of_a_marker_have_defaults() {
         let read = markers(vec![lines(vec![0.0; 12], vec![1.0; 6]), words("here")]).unwrap();
         let expected = MarkerShape::Lines { points: vec![0.0; 12], colors: vec![1.0; 6], width: 1.0 };
         assert_eq!((&read[0].shape, read[0].color, read[0].life_time), (&expected, None, None));
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_marker_can_be_is_refused_by_the_path_of_its_field() {
+    fn invalid_markers_are_refused_by_the_path_of_their_field() {
         let color = |alpha| Some(v1::Color { red: 0.0, green: 0.0, blue: 0.0, alpha });
         let fine = || lines(vec![0.0; 6], Vec::new());
         let long = "x".repeat(TEXT + 1);
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_colour_of_a_link_can_be_is_refused_by_the_path_of_its_field() {
+    fn invalid_link_colours_are_refused_by_the_path_of_their_field() {
         let color = |red| Some(v1::Color { red, green: 0.0, blue: 0.0, alpha: 1.0 });
         let fine = || v1::LinkColor {
             robot: "arm".into(),
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn what_pages_report_is_bounded() {
+    fn reports_of_pages_are_bounded() {
         let key = |key: &str| {
             let key = v1::KeyInput { key: key.into(), code: String::new(), is_down: true };
             v1::InputEvent { kind: Some(v1::input_event::Kind::Key(key)), ..Default::default() }

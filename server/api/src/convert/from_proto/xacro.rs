@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_expanded_is_one_of_the_files() {
+    fn the_expanded_path_must_be_one_of_the_files() {
         assert_eq!(files(request(&["arm/a.xacro"], "arm/a.xacro")).unwrap().files.len(), 1);
         let refused = files(request(&["arm/a.xacro"], "a.xacro")).unwrap_err();
         assert_eq!(refused.field, "path");

@@ -36,7 +36,7 @@ fn a_subset_comes_in_the_order_asked_for() {
 }
 
 #[test]
-fn what_is_not_there_is_refused_by_name() {
+fn unknown_names_are_refused_by_name() {
     let state = publish(&simulation(), 1);
     let refused = |selection| Selection::new(vec![selection]).states(&state).unwrap_err();
     let Error::RobotNotFound { robot, known } = refused(select("middle", &[])) else { panic!() };

@@ -116,7 +116,7 @@ fn a_tree_is_solved_whether_or_not_another_node_joins_its_branches() {
 }
 
 #[test]
-fn what_is_not_positive_definite_is_refused() {
+fn indefinite_matrices_are_refused() {
     let mut matrix = BlockCholesky::default();
     matrix.begin([2].into_iter());
     assert!(matrix.plan(usize::MAX).is_some());

@@ -165,7 +165,7 @@ fn contacts_that_follow_from_each_other_are_left_to_sweeps_one_after_the_other()
 }
 
 #[test]
-fn what_is_not_of_the_bodies_is_left_to_sweeps_one_after_the_other() {
+fn contacts_of_other_bodies_are_left_to_serial_sweeps() {
     let mut random = Random(0x9E37_79B9);
     let mut bodies = bodies(&mut random, true);
     let (mut rows, blocks) = contacts(&mut random, &bodies, 100);

@@ -105,7 +105,7 @@ fn many(copies: usize) -> RolloutRequest {
 }
 
 #[test]
-fn who_computes_a_copy_and_in_which_order_changes_nothing() {
+fn threads_and_order_of_copies_change_nothing() {
     let world = world();
     let whole = roll(&world, many(20));
     let rollout = Rollout::new(world.to_saved(), many(20), ROOM).unwrap();
@@ -186,7 +186,7 @@ fn a_copy_that_is_not_finite_ends_alone_and_says_so() {
 }
 
 #[test]
-fn what_is_interrupted_gives_nothing() {
+fn an_interrupted_rollout_returns_nothing() {
     let rollout = Rollout::new(world().to_saved(), all_of_it(4, 50), ROOM).unwrap();
     let asked = AtomicUsize::new(0);
     let interrupt = || asked.fetch_add(1, Relaxed) >= 70;

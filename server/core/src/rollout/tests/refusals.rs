@@ -7,7 +7,7 @@ fn said(request: RolloutRequest) -> String {
 }
 
 #[test]
-fn what_is_not_there_is_named_with_its_field() {
+fn unknown_names_are_refused_with_their_field() {
     let unknown = |robot: &str, joint: &str| RolloutRequest {
         controls: vec![Control {
             robot: robot.into(),
@@ -66,7 +66,7 @@ fn what_is_not_there_is_named_with_its_field() {
 }
 
 #[test]
-fn what_a_term_of_the_cost_names_and_is_not_there_is_named_with_its_field() {
+fn unknown_names_in_a_term_of_the_cost_are_refused_with_their_field() {
     let efforts = Cost::JointEfforts(named("arm"));
     let on = |link: &str| Cost::LinkPosition {
         robot: "arm".into(),

@@ -190,7 +190,7 @@ fn gains_and_friction_of_surfaces_make_copies_that_differ() {
 }
 
 #[test]
-fn what_is_drawn_depends_on_the_seed_and_the_copy() {
+fn drawn_numbers_depend_on_the_seed_and_the_copy() {
     let drawn = |seed| RolloutRequest {
         variations: vec![Variation {
             of: Varied::JointPositions(named("arm")),

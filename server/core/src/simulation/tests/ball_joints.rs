@@ -116,7 +116,7 @@ fn limits_of_velocity_and_effort_hold_about_each_axis() {
 }
 
 #[test]
-fn what_is_not_for_a_ball_joint_is_refused_and_changes_nothing() {
+fn commands_that_do_not_fit_a_ball_joint_are_refused_and_change_nothing() {
     let mut world = world_with(1e-3, spawn("arm", ball()));
     let before = world.fingerprint();
     let said = |result: Result<Applied, Error>| result.unwrap_err().to_string();

@@ -129,7 +129,7 @@ fn a_joint_that_is_claimed_alone_keeps_others_from_the_robot_but_not_from_its_ot
 }
 
 #[test]
-fn what_concerns_all_clients_asks_for_the_world_while_another_holds_a_claim() {
+fn commands_for_all_clients_need_the_world_while_another_client_holds_a_claim() {
     let mut world = claimed();
     world.apply(&Command::SaveState { name: "saved".into() }).unwrap();
     for command in changes_of_the_world() {

@@ -248,7 +248,7 @@ fn settings_are_shared_from_state_to_state_and_replaced_where_a_command_changes_
 
 /// A source is shown with the target that it set, and no longer than that target holds.
 #[test]
-fn who_set_a_target_is_known_for_as_long_as_the_target_holds() {
+fn the_source_of_a_target_is_known_while_the_target_holds() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
     let source = |client: &str| {

@@ -157,7 +157,7 @@ fn a_robot_that_diverges_changes_no_bit_of_those_that_stand_far_away() {
 
 /// A robot that diverges may be part of a tower. The others lose only its load, in the step in which it is disabled.
 #[test]
-fn what_a_robot_that_diverges_stood_on_bears_its_own_weight_in_each_step() {
+fn the_support_of_a_diverging_robot_carries_its_own_weight_in_each_step() {
     let mut world = ground();
     for i in 0..3 {
         let at = DVec3::Z * (0.1 + 0.2 * f64::from(i));

@@ -166,7 +166,7 @@ fn pulls_on_many_links_of_one_body_are_stable_and_have_a_bound() {
 }
 
 #[test]
-fn what_is_left_of_a_pull_is_part_of_the_world() {
+fn the_rest_of_a_pull_is_part_of_the_world() {
     let mut world = weightless_arm(1e-3);
     world.apply(&Command::PullLink(LinkPull { duration: Some(0.05), ..pull() })).unwrap();
     run(&mut world, 0.02);

@@ -89,7 +89,7 @@ fn sensors_are_named_by_their_kind_or_as_asked() {
 }
 
 #[test]
-fn what_cannot_measure_is_refused_with_the_field() {
+fn invalid_sensors_are_refused_with_the_field() {
     let lidar = |samples, least, most| {
         let range = RangeLimits { least: 0.0, most: 9.0 };
         let horizontal = Sweep { samples, least, most };

@@ -39,7 +39,7 @@ fn a_joint_starts_where_and_as_its_description_says() {
 }
 
 #[test]
-fn what_a_spawn_asks_for_comes_before_the_description() {
+fn requested_settings_override_the_description() {
     let setup = JointSetup { position: Some(0.5), ..JointSetup::default() };
     let asked = Spawn { joint_positions: vec![("shoulder".into(), 0.2)], ..spawn("arm", arm_that(setup)) };
     assert_eq!(look(&world_with(1e-3, asked)).positions, [0.2]);
@@ -169,7 +169,7 @@ fn height(world: &Simulation, robot: usize) -> f64 {
 }
 
 #[test]
-fn what_a_description_holds_together_is_held_from_the_first_step_on() {
+fn constraints_of_a_description_hold_from_the_first_step_on() {
     let mut world = world_with(1e-3, free("hung", held_to("a", [ConstraintOn::World]), 2.0));
     assert_eq!(constraint_names(&world), ["hung_held"]);
     world.apply(&Command::Spawn(Box::new(free("falls", held_to("b", []), 5.0)))).unwrap();

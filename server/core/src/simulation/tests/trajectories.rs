@@ -349,7 +349,7 @@ fn one_that_a_restored_state_does_not_have_is_reported_to_have_ended() {
 }
 
 #[test]
-fn what_cannot_be_carried_out_is_refused_whole_and_names_the_field() {
+fn invalid_trajectories_are_refused_as_a_whole_with_the_field() {
     let mut world = armed();
     let fingerprint = world.fingerprint();
     let mut refused = |request: FollowTrajectory, part: &str| {

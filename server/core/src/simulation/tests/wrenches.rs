@@ -105,7 +105,7 @@ fn a_persistent_wrench_waits_for_one_with_a_duration_and_ends_it_where_it_comes_
 }
 
 #[test]
-fn what_is_left_of_a_wrench_is_part_of_the_world() {
+fn the_rest_of_a_wrench_is_part_of_the_world() {
     let mut world = weightless_arm();
     world.apply(&push(0.5, WrenchDuration::UntilCleared)).unwrap();
     world.apply(&push(1.0, WrenchDuration::For(0.02))).unwrap();

@@ -101,7 +101,7 @@ fn a_picture_that_is_missing_or_too_large_is_noted_and_the_colour_is_left() {
 }
 
 #[test]
-fn what_a_mesh_names_is_known_as_far_as_its_files_are() {
+fn files_that_a_mesh_names_are_known_as_far_as_they_were_sent() {
     let obj = "package://b/meshes/box.obj";
     let files = Files::default();
     assert_eq!(uris(obj, &files), [""; 0]);

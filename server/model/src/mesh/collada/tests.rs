@@ -173,7 +173,7 @@ fn a_mark_at_the_start_and_latin_letters_do_no_harm() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_its_line() {
+fn faults_are_named_with_their_line() {
     let good = file("", &square(TRIANGLES), INSTANCE);
     assert!(parse(&good).is_ok());
     for (from, to, reason) in [

@@ -63,7 +63,7 @@ fn the_base_colour_is_as_screens_have_it_and_shines_through_where_it_blends() {
 }
 
 #[test]
-fn what_is_broken_or_unknown_is_refused_in_a_sentence() {
+fn broken_and_unknown_parts_are_refused_with_a_sentence() {
     let fine = document(PLAIN);
     for (from, to, expected) in [
         ("\"2.0\"", "\"1.0\"", "it is glTF \"1.0\"; only 2.0 is supported"),

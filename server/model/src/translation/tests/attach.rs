@@ -60,7 +60,7 @@ fn frames_whole_worlds_and_parts_of_the_file_itself_are_attached() {
 }
 
 #[test]
-fn what_cannot_be_attached_is_refused_with_the_line() {
+fn impossible_attachments_are_refused_with_their_line() {
     let refused =
         |bodies: &str| match translate(main_file(bodies).as_bytes(), &files(), &LoadLimits::default()) {
             Err(refused) => refused.message,

@@ -32,7 +32,7 @@ fn a_ratio_of_damping_is_of_the_inertia_that_the_joint_moves() {
 }
 
 #[test]
-fn what_a_follower_has_is_of_the_motion_that_both_share() {
+fn properties_of_a_follower_belong_to_the_shared_motion() {
     let text = "<mujoco><worldbody><body name='palm'><geom size='.01' mass='1'/>\
         <body name='l'><joint name='l' type='slide' axis='0 1 0' armature='0.1' stiffness='5' springref='1'/><geom size='.01' mass='0.05'/></body>\
         <body name='r'><joint name='r' type='slide' axis='0 -1 0' armature='0.2' stiffness='20' springref='0.3' damping='1'/>\
@@ -151,7 +151,7 @@ const WITHOUT_USE: &[(&str, &str)] = &[
 ];
 
 #[test]
-fn what_is_not_read_of_a_file_is_named_by_element_and_attribute() {
+fn unread_parts_of_a_file_are_named_by_element_and_attribute() {
     let said = |tag: &str| {
         let names = WITHOUT_USE.iter().find(|(of, _)| *of == tag).map_or("", |(_, names)| names);
         names.split_whitespace().map(|name| format!(" {name}='1'")).collect::<String>()

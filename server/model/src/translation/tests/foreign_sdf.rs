@@ -57,7 +57,7 @@ fn a_merged_model_gives_its_links_and_frames_their_own_names() {
 }
 
 #[test]
-fn what_stands_relative_to_a_frame_of_another_nested_model_may_come_before_it() {
+fn a_model_relative_to_a_frame_of_another_nested_model_may_come_before_it() {
     // The placed model's tip is at the other one's frame.
     let placed = "<include><uri>simple</uri><name>placed</name><placement_frame>tip</placement_frame>\
         <pose relative_to='other::f'/></include>";
@@ -100,7 +100,7 @@ fn xml_that_is_not_well_formed_is_repaired_with_a_note() {
 }
 
 #[test]
-fn what_is_not_read_of_a_file_is_named_by_element_and_attribute() {
+fn unread_parts_of_a_file_are_named_by_element_and_attribute() {
     let text = "<sdf version='1.9'><model name='m' made_up='1'><enable_wind>1</enable_wind><link name='a'>\
         <inertial><mass>1</mass><fluid_added_mass><xx>1</xx></fluid_added_mass></inertial>\
         <collision name='c'><max_contacts>3</max_contacts><geometry><box><size>1 1 1</size></box></geometry><surface><friction><ode>\

@@ -220,7 +220,7 @@ fn shapes_between_two_points_lie_along_the_line() {
 }
 
 #[test]
-fn what_is_not_read_is_named_by_line() {
+fn unread_parts_are_named_by_line() {
     let text = mjcf(
         "<tendon>\n<spatial name='t' stiffness='3'/></tendon>",
         "<body name='a'><freejoint/><geom size='1'/>\n<composite/></body>",
@@ -236,7 +236,7 @@ fn what_is_not_read_is_named_by_line() {
 }
 
 #[test]
-fn what_a_free_joint_has_beside_its_freedom_is_named() {
+fn further_properties_of_a_free_joint_are_named() {
     let sections = "<default><joint armature='0.04' damping='0'/></default>";
     let body = |joint: &str| mjcf(sections, &format!("<body name='a'>{joint}<geom size='1'/></body>"));
     let (_, report) = robot(&body("<joint type='free'/>"));
@@ -247,7 +247,7 @@ fn what_a_free_joint_has_beside_its_freedom_is_named() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_with_the_line() {
+fn meaningless_elements_are_refused_with_their_line() {
     let of = |bodies: &str| refusal(&mjcf("", bodies));
     assert!(of("").contains("no body"));
     assert!(

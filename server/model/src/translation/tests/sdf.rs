@@ -173,7 +173,7 @@ fn a_joint_of_two_axes_is_two_joints_and_a_ball_one() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_with_the_line() {
+fn meaningless_elements_are_refused_with_their_line() {
     let of = |content: &str| refusal(&sdf(content));
     assert!(of("").contains("no model"));
     assert!(of("<link/>").starts_with("model \"m\" link (line 3): it has no name"), "{}", of("<link/>"));

@@ -68,7 +68,7 @@ fn a_material_of_mjcf_puts_its_picture_on_shapes() {
 }
 
 #[test]
-fn what_is_no_picture_of_a_file_leaves_the_colour_and_a_finding() {
+fn an_unusable_picture_leaves_the_colour_and_a_finding() {
     let built_in = "<texture name='t' type='cube' builtin='gradient' width='8' height='8'/>\
                     <material name='squares' texture='t' rgba='1 0 0 1'/>";
     let (shown, report) = visual(&mjcf(built_in, BOX), &files());

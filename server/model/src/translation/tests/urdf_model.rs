@@ -46,7 +46,7 @@ fn an_included_urdf_is_the_robot_that_its_reader_reads() {
 }
 
 #[test]
-fn what_an_included_urdf_has_beyond_sdf_is_named() {
+fn parts_of_an_included_urdf_beyond_sdf_are_named() {
     let robot = "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='planar'><parent link='a'/><child link='b'/></joint>\
                  <gazebo reference='a'><sensor name='s' type='imu'/></gazebo><group_state name='home' group='all'/></robot>";
     let files = Files::default().with("r.urdf", robot);

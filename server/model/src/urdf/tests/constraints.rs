@@ -55,7 +55,7 @@ fn every_kind_of_constraint_is_read() {
 }
 
 #[test]
-fn what_cannot_hold_anything_is_left_out_with_the_reason() {
+fn constraints_that_hold_nothing_are_left_out_with_the_reason() {
     let hold =
         |attributes: &str, ends: &str| format!("<constraint name='c' {attributes}>{ends}</constraint>");
     let both = "<parent link='a'/><child link='b'/>";

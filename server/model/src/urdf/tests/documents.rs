@@ -48,7 +48,7 @@ fn text_that_is_not_utf8_is_read_as_what_it_says_or_seems_to_be() {
 }
 
 #[test]
-fn what_is_no_text_is_refused_as_such() {
+fn bytes_that_are_not_text_are_refused_as_such() {
     let refusal = |bytes: &[u8]| describe(bytes).unwrap_err().message;
     assert_eq!(refusal(b"\x89PNG\r\n\x1a\n"), "this is not a URDF: it is not text");
     assert_eq!(refusal(b"solid \0\0\0\0\xff<"), "this is not a URDF: it is not text");
@@ -87,7 +87,7 @@ fn an_undeclared_prefix_is_read_as_if_it_were_declared() {
 }
 
 #[test]
-fn what_simd_does_not_read_is_reported_with_its_line() {
+fn unread_elements_are_reported_with_their_line() {
     let urdf = "<robot name='r' version='1.0'>\n<link name='a' colour='red'/>\n<transmission name='t'/>\n<gazebo/>\n\
         <ros2_control/>\n</robot>";
     let (_, report) = robot(urdf);
@@ -146,7 +146,7 @@ fn tree(joints: &[(&str, &str)]) -> String {
 }
 
 #[test]
-fn what_is_no_tree_is_refused_by_the_names_that_break_it() {
+fn links_that_form_no_tree_are_refused_by_name() {
     let unknown = tree(&[("a", "b"), ("x", "c")]);
     assert_eq!(refusal(&unknown), "joint \"j1\" (line 3): its parent link \"x\" is not defined");
     let unknown = tree(&[("a", "x")]);

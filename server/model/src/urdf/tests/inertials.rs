@@ -173,7 +173,7 @@ fn a_root_without_mass_is_no_warning_and_gets_one_for_when_it_is_free() {
 }
 
 #[test]
-fn what_is_read_is_finite_whatever_the_size_of_the_shapes() {
+fn inertials_are_finite_for_shapes_of_any_size() {
     for radius in ["1e-320", "1e-100", "1e-18", "1e18"] {
         for mass in ["-1", "0", "1e-300", "1e18"] {
             let shape = format!("<collision><geometry><sphere radius='{radius}'/></geometry></collision>");

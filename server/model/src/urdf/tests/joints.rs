@@ -150,7 +150,7 @@ fn damping_and_friction_are_the_files_else_zero_and_never_negative() {
 }
 
 #[test]
-fn what_urdf_rs_insists_on_may_be_missing() {
+fn elements_that_urdf_rs_requires_may_be_missing() {
     let content =
         "<safety_controller soft_lower_limit='1'/><limit effort='1'/><calibration/><axis xyz='0 0 1'/>";
     let (_, report) = joint("continuous", content);

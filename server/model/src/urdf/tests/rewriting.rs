@@ -30,7 +30,7 @@ fn only_the_file_names_of_meshes_change() {
 }
 
 #[test]
-fn what_an_address_holds_is_escaped() {
+fn the_content_of_an_address_is_escaped() {
     let urdf = r#"<robot name="r"><link name="l"><visual><geometry><mesh filename="a"/></geometry></visual></link></robot>"#;
     let hostile = "\"/><evil a='&amp;'>\n\u{e4}";
     let text = readdress(urdf.as_bytes(), &LoadLimits::default(), &|_| Some(hostile.to_owned())).unwrap();

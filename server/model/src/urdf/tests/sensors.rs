@@ -231,7 +231,7 @@ fn each_camera_of_a_stereo_camera_is_one_where_it_is() {
 
 /// Parts that are read are not reported, and parts that are not read are reported with their place.
 #[test]
-fn what_is_not_read_of_a_sensor_is_named() {
+fn unread_parts_of_a_sensor_are_named() {
     let noise = "<noise type='gaussian'><stddev>0.1</stddev></noise>";
     for (reference, attributes, content, unread) in [
         (
@@ -280,7 +280,7 @@ fn what_is_not_read_of_a_sensor_is_named() {
 }
 
 #[test]
-fn what_is_no_sensor_is_left_out_with_the_reason() {
+fn invalid_sensors_are_left_out_with_the_reason() {
     for (text, is_warning, why) in [
         (
             "<gazebo reference='arm'><sensor type='gps'/></gazebo>",

@@ -68,7 +68,7 @@ fn links_that_the_robot_lacks_are_warned_of_by_line_and_left_out() {
 }
 
 #[test]
-fn what_is_no_srdf_is_refused() {
+fn other_texts_than_srdf_are_refused() {
     let refusal =
         |bytes: &[u8]| read_srdf(bytes, &arm(), false, &LoadLimits::default()).unwrap_err().to_string();
     assert!(refusal(b"<sdf/>").contains("this is not an SRDF"));

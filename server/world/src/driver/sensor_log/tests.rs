@@ -129,7 +129,7 @@ fn a_full_queue_drops_the_oldest_and_counts_them_where_they_are_missing() {
 }
 
 #[test]
-fn what_found_no_room_is_counted_where_it_is_missing() {
+fn dropped_readings_are_counted_at_their_place() {
     let mut bench = Bench::new(&[7]);
     (1..=10).for_each(|step| bench.step(&[7], step));
     bench.log.tidy();
@@ -249,7 +249,7 @@ mod scans {
     }
 
     #[test]
-    fn of_each_sensor_the_newest_waits_and_one_is_measured_at_a_time() {
+    fn the_newest_sample_of_each_sensor_waits_and_one_is_measured_at_a_time() {
         let (states, mut scans) = (states(3), Scans::default());
         scans.add(due(&states[0], &[1, 2]));
         let (state, sample) = scans.begin().unwrap();
@@ -273,7 +273,7 @@ mod scans {
     }
 
     #[test]
-    fn where_more_is_due_than_can_be_measured_sensors_take_turns() {
+    fn sensors_take_turns_if_not_all_can_be_measured() {
         let (states, mut scans) = (states(9), Scans::default());
         scans.add(due(&states[0], &[1, 2, 3]));
         let mut measured = Vec::new();
@@ -295,7 +295,7 @@ mod scans {
     }
 
     #[tokio::test]
-    async fn who_measures_does_not_wait_for_the_log_and_holds_nothing_of_it() {
+    async fn measuring_threads_neither_wait_for_the_log_nor_hold_it() {
         let bench = Bench::new(&[1]);
         let state = bench.publisher.state_cell().newest();
         bench.log.due.force_push(due(&state, &[1]));

@@ -73,7 +73,7 @@ fn a_playing_world_shows_values_of_targets_with_the_next_step_and_all_else_at_on
 }
 
 #[test]
-fn what_reaches_the_world_is_recorded_in_order_with_its_step() {
+fn commands_are_recorded_in_order_with_their_step() {
     let mut bench = Bench::paused();
     let recording = bench.driver.world.applied.clone();
     let _answers = (bench.command(nothing()), bench.steps(2));

@@ -51,7 +51,7 @@ fn calls_that_end_nothing_wait_for_the_step() {
 }
 
 #[test]
-fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_order() {
+fn interrupting_calls_are_done_in_order_before_the_step_restarts() {
     let mut attempts = 0;
     let mut bench = with_long_steps(move |mailbox, interrupt| {
         attempts += 1;

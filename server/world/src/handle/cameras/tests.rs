@@ -68,14 +68,14 @@ async fn a_renderer_that_asks_no_more_is_forgotten() {
 }
 
 #[tokio::test]
-async fn what_nothing_waits_for_any_more_is_not_drawn() {
+async fn pictures_without_a_waiting_client_are_not_drawn() {
     let (state, mut queue, renderer, now) = begun().await;
     drop(queue.ask(order(&state, None), now).unwrap());
     assert!(queue.next(&renderer, now, |_| true).is_none());
 }
 
 #[tokio::test]
-async fn who_wants_the_same_picture_waits_for_the_same() {
+async fn clients_that_want_the_same_picture_share_its_task() {
     let (state, mut queue, renderer, now) = begun().await;
     let one = queue.ask(order(&state, Some(7)), now).unwrap();
     let other = queue.ask(order(&state, Some(7)), now).unwrap();
@@ -99,7 +99,7 @@ async fn waiting_pictures_have_a_bound_in_number_and_in_bytes() {
 }
 
 #[tokio::test]
-async fn of_kept_pictures_the_oldest_makes_room() {
+async fn the_oldest_kept_picture_makes_room() {
     let (state, mut queue, renderer, now) = begun().await;
     for camera in 1..=5 {
         let waiting = queue.ask(order(&state, Some(camera)), now).unwrap();
@@ -113,7 +113,7 @@ async fn of_kept_pictures_the_oldest_makes_room() {
 }
 
 #[tokio::test]
-async fn of_a_cameras_own_rate_the_newest_is_drawn_and_the_others_are_counted() {
+async fn the_newest_sample_of_a_camera_is_drawn_and_the_others_are_counted() {
     let (state, mut queue, renderer, now) = begun().await;
     for _ in 0..4 {
         queue.due(order(&state, Some(7)), 0, now);
@@ -147,7 +147,7 @@ async fn a_picture_that_no_renderer_draws_is_given_up() {
 }
 
 #[tokio::test]
-async fn who_goes_while_a_picture_comes_does_not_keep_its_task() {
+async fn a_renderer_that_disconnects_while_sending_loses_its_task() {
     let (state, mut queue, renderer, now) = begun().await;
     let waiting = queue.ask(order(&state, None), now).unwrap();
     let task = queue.next(&renderer, now, |_| true).unwrap();
@@ -159,7 +159,7 @@ async fn who_goes_while_a_picture_comes_does_not_keep_its_task() {
 }
 
 #[tokio::test]
-async fn who_waits_for_work_is_not_woken_over_and_over_by_a_picture_that_is_looked_at_for_long() {
+async fn waiting_renderers_are_not_woken_repeatedly_while_a_picture_is_checked() {
     let (state, mut queue, renderer, now) = begun().await;
     let waiting = queue.ask(order(&state, None), now).unwrap();
     let task = queue.next(&renderer, now, |_| true).unwrap();

@@ -35,7 +35,7 @@ fn ask_twice_at_once(handle: &SimHandle, member: &str) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn of_two_requests_of_a_member_at_once_one_is_refused_and_the_other_waits() {
+async fn one_of_two_simultaneous_requests_of_a_member_is_refused() {
     let handle = paused();
     let timeout = Duration::from_secs(3600);
     let (member, _) = handle.join_lockstep("twice", timeout, None).unwrap();

@@ -101,7 +101,7 @@ async fn a_value_beyond_the_range_is_moved_into_it_when_the_slider_is_added() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_is_not_added() {
+async fn invalid_parameters_are_not_added() {
     let handle = paused();
     let (nan, inf) = (f64::NAN, f64::INFINITY);
     for (minimum, maximum, value) in [
@@ -209,7 +209,7 @@ async fn a_name_that_is_taken_gets_the_first_number_that_is_free_as_it_is_writte
 
 /// All others wait during the search for a name. Its excessive length is not found then.
 #[tokio::test]
-async fn where_there_is_no_room_no_name_is_looked_for() {
+async fn no_name_is_searched_if_there_is_no_room() {
     let handle = paused();
     let button = ParameterKind::Button { presses: 0 };
     let long = "x".repeat(256);

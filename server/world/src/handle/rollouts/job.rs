@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_over_is_seen_after_few_questions_and_stays_so() {
+    fn the_end_is_noticed_after_a_few_checks_and_stays() {
         let job = job(1, 1);
         let slice = Slice::begin(&job, SLICE);
         assert!((0..100).all(|_| !slice.is_over()));
@@ -294,8 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn where_steps_take_long_there_is_a_look_at_each_and_the_next_can_be_interrupted_also_in_the_next_slice()
-    {
+    fn each_long_step_is_checked_and_the_next_can_be_interrupted_also_in_the_next_slice() {
         let job = job(1, 1);
         let mut slice = Slice::begin(&job, 2 * LONG_STEP);
         assert_eq!(slice.before_step(), Ok(()));

@@ -71,7 +71,7 @@ async fn a_page_learns_what_was_added_replaced_and_deleted_since_it_asked() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_comes_from_another_life_of_the_daemon_or_late_gets_all_of_it() {
+async fn late_pages_and_pages_of_an_earlier_daemon_get_everything() {
     let handle = paused();
     handle.add_markers(vec![lines(1)], None).unwrap();
     assert!(change(&handle, 1_000).await.whole);
@@ -158,7 +158,7 @@ async fn a_marker_on_what_is_not_there_is_refused_and_none_is_added() {
 }
 
 #[tokio::test]
-async fn what_was_drawn_with_a_token_is_its_owners() {
+async fn drawings_with_a_token_belong_to_its_owner() {
     let handle = paused();
     let [alice, bob] = ["alice", "bob"].map(|name| handle.of_account(Some(&Account::Token(name.into()))));
     alice.add_markers(vec![lines(1)], None).unwrap();
@@ -241,7 +241,7 @@ async fn input_is_reported_from_when_a_program_asks_until_it_no_longer_does() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_waits_for_input_gets_it_when_it_comes() {
+async fn a_waiting_program_gets_input_when_it_arrives() {
     let (handle, viewer) = (paused(), page("viewer"));
     let begin = handle.next_input(None, SECOND, None).await.unwrap();
     let waiting = handle.next_input(Some(begin.sequence), 60 * SECOND, None);
@@ -254,7 +254,7 @@ async fn who_waits_for_input_gets_it_when_it_comes() {
 }
 
 #[tokio::test]
-async fn of_too_many_events_the_newest_are_kept_and_that_is_said() {
+async fn the_newest_of_too_many_events_are_kept_and_the_loss_is_reported() {
     let (handle, viewer) = (paused(), page("viewer"));
     let begin = handle.next_input(None, SECOND, None).await.unwrap();
     for _ in 0..20 {

@@ -64,7 +64,7 @@ fn all_meshes_together_stay_within_the_limit() {
 }
 
 #[test]
-fn what_is_no_more_counts_until_it_is_forgotten_and_never_twice() {
+fn deleted_meshes_count_until_they_are_forgotten_and_never_twice() {
     let (decoded, reads) = (Decoded::new(10_000), Cell::new(0));
     let decoding = Decoding::new(&decoded, &Nowhere);
     drop(get(&decoding, 1, &reads).unwrap());
@@ -128,7 +128,7 @@ fn robots_that_are_alike_count_once_and_one_of_them_is_looked_at() {
 }
 
 #[test]
-fn what_a_mesh_became_is_known_for_as_long_as_any_robot_has_it() {
+fn shapes_of_a_mesh_are_known_while_any_robot_has_it() {
     let decoded = Decoded::new(100_000);
     let first = shapes(&decoded, &[1]);
     let others = [shapes(&decoded, &[1]), shapes(&decoded, &[1, 2])];

@@ -67,7 +67,7 @@ async fn another_gain_or_time_step_differs_where_it_acts() {
 }
 
 #[tokio::test]
-async fn what_cannot_be_changed_is_said() {
+async fn impossible_changes_are_reported() {
     let directory = tempfile::tempdir().unwrap();
     let file = fs::read(recorded(directory.path()).await).unwrap();
     let lost = beside(&file, &["arm/wrist.damping=1", "leg/knee.damping=1"]).await.unwrap_err();

@@ -284,7 +284,7 @@ fn a_constraint_on_a_claimed_robot_is_refused() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_named() {
+fn invalid_constraints_are_refused_and_named() {
     let mut world = two_boxes(0.0);
     world.apply(&Command::Spawn(Box::new(spawn("arm", arm())))).unwrap();
     let refused = |world: &mut Simulation, create: CreateConstraint| {

@@ -20,7 +20,7 @@ fn rope(length: f64, is_rope: bool) -> CreateConstraint {
 
 /// A rope of 1e306 m requires an infinite velocity, and 0 across it, which gives NaN.
 #[test]
-fn what_no_step_can_compute_with_is_refused_and_named() {
+fn sizes_beyond_the_range_of_steps_are_refused_and_named() {
     let mut world = two_boxes();
     let (far, point) = (DVec3::X * 1e306, RequestedConstraint::PointToPoint);
     let refused = |world: &mut Simulation, command: &Command| {
@@ -100,7 +100,7 @@ fn a_state_with_what_no_step_can_compute_with_is_refused() {
 
 /// The largest accepted lengths and frames keep numbers finite.
 #[test]
-fn what_is_as_far_as_it_may_be_leaves_numbers() {
+fn the_largest_distances_give_finite_numbers() {
     let far = DVec3::X * LARGEST_GIVEN;
     let frames = |kind: RequestedConstraint| constraint(kind, end("a", "", -far), end("b", "", far));
     for create_one in [

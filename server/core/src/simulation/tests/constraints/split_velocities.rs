@@ -23,7 +23,7 @@ fn pair(integrator: Integrator, off: f64) -> Simulation {
 /// A correction in only positions changes the arms, but not the momenta: within a hundredth of the change of
 /// r x p.
 #[test]
-fn what_is_put_right_in_space_keeps_its_momenta() {
+fn corrected_bodies_in_space_keep_their_momenta() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
         let off = 5e-4;
         let mut world = pair(integrator, off);
@@ -41,7 +41,7 @@ fn what_is_put_right_in_space_keeps_its_momenta() {
 
 /// A correction over a large distance does not spin bodies up, as drawing in the arms does a skater.
 #[test]
-fn what_is_put_together_from_afar_gains_no_energy() {
+fn bodies_joined_from_afar_gain_no_energy() {
     // Semi-implicit Euler is of first order, with and without constraints.
     for (integrator, most) in [(Integrator::Leapfrog, 1e-6), (Integrator::Euler, 0.05)] {
         let mut world = pair(integrator, 20.0);

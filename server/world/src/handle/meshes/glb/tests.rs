@@ -126,7 +126,7 @@ fn a_ball_is_smooth() {
 }
 
 #[test]
-fn what_has_no_area_or_too_many_neighbours_has_normals_all_the_same() {
+fn triangles_without_area_or_with_too_many_neighbours_have_normals() {
     agrees(&mesh(&[[0.0; 3], [1.0, 0.0, 0.0]], &[[0, 0, 0], [0, 1, 0], [0, 1, 1]]));
     // A million triangles at one corner, too many for pairwise smoothing.
     let rim = 1_000_000_u32;
