@@ -17,7 +17,7 @@ def refused(of: Any, name: str) -> str:
     return str(found.value)
 
 
-def test_what_is_misspelt_raises_and_says_what_was_meant(sim: Simulation, arm: Robot) -> None:
+def test_misspelt_attributes_raise_with_a_suggestion(sim: Simulation, arm: Robot) -> None:
     elbow = arm.joints["elbow joint"]
     assert refused(elbow, "traget") == "`Joint` has no attribute `traget`; did you mean `target`?"
     assert refused(elbow, "position") == "`Joint.position` cannot be assigned; did you mean `set_position(...)`?"
@@ -31,7 +31,7 @@ def test_what_is_misspelt_raises_and_says_what_was_meant(sim: Simulation, arm: R
     assert elbow.target == 0.0 and sim.physics.time_step == 0.001
 
 
-def test_what_can_be_assigned_still_is(arm: Robot) -> None:
+def test_settable_attributes_can_be_set(arm: Robot) -> None:
     arm.joints["elbow joint"].target = 0.5
     assert arm.joints["elbow joint"].target == 0.5
 

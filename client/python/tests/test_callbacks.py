@@ -78,7 +78,7 @@ def test_a_kind_of_event_that_there_is_not_is_refused(sim: Simulation) -> None:
         sim.on_event(print, "robot_spawned")
 
 
-def test_what_cannot_be_called_is_refused_at_once(arm: Robot) -> None:
+def test_values_that_are_not_callable_are_refused_at_once(arm: Robot) -> None:
     with pytest.raises(TypeError, match="None is none"):
         arm.on_state(None)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match="a rate is above 0"):

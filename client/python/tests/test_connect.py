@@ -39,7 +39,7 @@ def test_an_endpoint_is_said_by_the_program_else_by_the_environment(monkeypatch:
 @pytest.mark.parametrize(
     "text", ["simd://", "simd://lab/a b", "http://lab:7400/x", "lab:0", "ftp://lab", "tcp/", "tcp/a b", "tcp/lab:1#no name"]
 )
-def test_what_is_no_endpoint_is_refused_in_one_sentence(text: str) -> None:
+def test_invalid_endpoints_are_refused_with_one_sentence(text: str) -> None:
     with pytest.raises(EndpointError):
         simd_client.connect(text)
 

@@ -41,7 +41,7 @@ def test_the_floor_carries_what_lies_on_it(sim: Simulation, floor: Robot, box: R
     assert len(sim.contacts()) == len(sim.contacts(floor)) == len(contacts)
 
 
-def test_what_hangs_in_the_air_touches_nothing(sim: Simulation) -> None:
+def test_an_arm_in_the_air_touches_nothing(sim: Simulation) -> None:
     ball = sim.add_sphere(0.1, position=(0, 0, 5))
     sim.step(10)
     assert ball.contacts() == () and sim.contacts("sphere") == ()

@@ -269,7 +269,7 @@ def test_a_xacro_file_is_expanded_with_its_arguments(sim: Simulation, xacro_file
     assert sim.validate(xacro_file, packages=packages).summary.startswith("pendulum")
 
 
-def test_what_cannot_be_expanded_says_why(
+def test_failed_expansions_say_why(
     sim: Simulation, xacro_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(simd_client.XacroError, match="there is no package `our_parts`: say where"):

@@ -97,7 +97,7 @@ def test_a_world_that_is_paused_or_reset_on_the_way_ends_the_wait(sim: Simulatio
         ({"elbow joint": "3 furlongs"}, {}, "not a number"),
     ],
 )
-def test_what_is_no_motion_is_refused(arm: Robot, positions: object, options: dict[str, float], match: str) -> None:
+def test_invalid_motions_are_refused(arm: Robot, positions: object, options: dict[str, float], match: str) -> None:
     with pytest.raises(ValueError, match=match):
         arm.move_to(positions, **options)  # pyright: ignore[reportArgumentType]
 

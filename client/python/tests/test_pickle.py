@@ -24,7 +24,7 @@ def test_states_are_equal_after_a_pickle(sim: Simulation, arm: Robot) -> None:
     assert one["elbow joint"].position == states["arm"]["elbow joint"].position
 
 
-def test_what_else_is_read_can_be_pickled(sim: Simulation, arm: Robot) -> None:
+def test_other_results_can_be_pickled(sim: Simulation, arm: Robot) -> None:
     sim.parameters.add_slider("gain", 0, 1, 0.5)
     answers = [sim.info(), sim.physics, sim.statistics, sim.parameters.all(), arm.layout, arm.info(), arm.report]
     assert [repr(pickle.loads(pickle.dumps(each))) for each in answers] == [repr(each) for each in answers]

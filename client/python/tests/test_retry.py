@@ -48,7 +48,7 @@ def test_a_refusal_is_raised_again() -> None:
             sim.ask_again(later.value)
 
 
-def test_what_changes_nothing_is_called_again_instead(sim: Simulation) -> None:
+def test_calls_that_change_nothing_are_called_again_instead(sim: Simulation) -> None:
     with pytest.raises(simd_client.DeadlineExceeded) as late:
         sim.with_timeout(-0.9).next_states(sim.stamp, wait=0.901)
     with pytest.raises(ValueError, match="make it again"):

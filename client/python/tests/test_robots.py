@@ -82,7 +82,7 @@ def test_a_name_that_is_taken_is_refused_or_made_another(sim: Simulation) -> Non
     assert list(sim.robots) == ["crate", "crate_1"]
 
 
-def test_what_is_no_robot_is_refused_with_its_line(sim: Simulation) -> None:
+def test_invalid_robots_are_refused_with_the_line(sim: Simulation) -> None:
     with pytest.raises(simd_client.InvalidDescription):
         sim.load_text("<robot name='x'>\n<link/></robot>")
     with pytest.raises(simd_client.NoUrdf, match="cannot read"):

@@ -213,7 +213,7 @@ def test_states_of_one_moment_that_differ_are_not_mixed(one: Behind, two: Behind
             robot.delete()
 
 
-def test_what_daemons_cannot_share_is_said(one: Behind, two: Behind) -> None:
+def test_unshareable_rollouts_are_reported(one: Behind, two: Behind) -> None:
     with pytest.raises(ValueError, match="give `saved_state`, and copy it to them by `share_state`"):
         one.sim.rollout(1, copies=8, daemons=[two.sim])
     one.sim.save_state("mine")

@@ -144,7 +144,7 @@ def test_a_saved_state_is_where_copies_start(sim: Simulation, arm: Robot) -> Non
     np.testing.assert_array_equal(found.observations[0][0, 0], [0.0, 0.0])
 
 
-def test_what_does_not_fit_is_said(sim: Simulation, arm: Robot) -> None:
+def test_arguments_that_do_not_fit_are_reported(sim: Simulation, arm: Robot) -> None:
     with pytest.raises(ValueError, match="different numbers of copies: 2, 3"):
         sim.rollout(1, [Control(arm, np.zeros((3, 1, 2)))], copies=2)
     with pytest.raises(ValueError, match="the shape"):

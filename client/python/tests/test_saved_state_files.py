@@ -37,7 +37,7 @@ def test_a_world_runs_on_in_another_process_to_the_same_bits(
         assert (tmp_path / sim.name).read_bytes() == (tmp_path / other.name).read_bytes()
 
 
-def test_what_is_no_saved_state_is_refused(sim: Simulation, arm: Robot, tmp_path: Path) -> None:
+def test_other_files_than_saved_states_are_refused(sim: Simulation, arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_bytes(b"solid ascii")
     with pytest.raises(simd_client.InvalidSavedState, match="not a saved state of simd"):

@@ -147,7 +147,7 @@ def test_each_reading_comes_in_order_and_what_is_gone_is_counted(sim: Simulation
         assert late.missed == late.sequence - seen[-1].sequence - 1 > 0
 
 
-def test_what_is_gone_is_counted_by_the_reading_after_it() -> None:
+def test_lost_readings_are_counted_by_the_next_one() -> None:
     numbers = [7, 8, 12, 13]
     message = proto.SensorReadings(missed=5, readings=[proto.SensorReading(sequence=each) for each in numbers])
     # Three of the five are between 8 and 12.
@@ -193,7 +193,7 @@ def test_noise_is_that_of_its_seed(sim: Simulation, arm: Robot) -> None:
     assert x != 0.0 and z != pytest.approx(G) and roll != 0.0 and pitch == pytest.approx(0.0, abs=1e-9)
 
 
-def test_what_is_no_kind_is_refused(sim: Simulation, arm: Robot) -> None:
+def test_unknown_kinds_are_refused(sim: Simulation, arm: Robot) -> None:
     with pytest.raises(TypeError):
         arm.sensors.create("imu")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="^there is no channel of noise 'sound'; give 'linear_acceleration', "):

@@ -56,7 +56,7 @@ def test_lines_points_and_texts_are_drawn_replaced_and_deleted(sim: Simulation, 
     assert view.delete() == (line, text) and view.markers() == ()
 
 
-def test_what_cannot_be_drawn_is_refused(sim: Simulation) -> None:
+def test_invalid_drawings_are_refused(sim: Simulation) -> None:
     view = sim.view
     with pytest.raises(ValueError, match=r"\(N, 2, 3\)"):
         view.add_lines([[0, 0, 0]])

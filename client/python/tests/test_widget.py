@@ -52,7 +52,7 @@ def test_a_slider_sets_a_target_and_a_refusal_is_shown(daemon: Daemon, arm: Robo
     assert arm.read()["shoulder joint"].target == -0.5 and shown.problem == ""
 
 
-def test_what_it_needs_is_said(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_packages_are_reported(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "anywidget", None)
     with pytest.raises(ImportError, match="pip install 'anywidget>=0.9'"):
         panel(arm)

@@ -64,7 +64,7 @@ def test_a_program_that_ends_waits_for_the_session_that_is_being_closed() -> Non
     assert session.closed.is_set()
 
 
-def test_who_drops_a_session_finds_it_closed() -> None:
+def test_a_dropped_session_is_closed() -> None:
     session = Session()
     session.returned.set()
     drop(session)

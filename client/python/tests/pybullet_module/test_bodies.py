@@ -198,7 +198,7 @@ def test_a_joints_damping_and_limits_change(script: ModuleType) -> None:
     assert script.getJointState(arm, 3)[0] == pytest.approx(0.2, abs=1e-3)
 
 
-def test_what_the_solver_of_bullet_takes_is_kept_and_said_to_do_nothing(
+def test_settings_of_bullets_solver_are_kept_and_reported_as_without_effect(
     script: ModuleType, capsys: pytest.CaptureFixture[str]
 ) -> None:
     body = box(script, 1.0)

@@ -111,7 +111,7 @@ def test_an_ant_falls_onto_its_feet_as_pybullets(bullet: Any, script: ModuleType
         (("<body>", "<body>" * 3000), "recursion"),
     ],
 )
-def test_what_cannot_be_read_is_reported(script: ModuleType, tmp_path: Path, change: tuple[str, str], said: str) -> None:
+def test_unreadable_parts_are_reported(script: ModuleType, tmp_path: Path, change: tuple[str, str], said: str) -> None:
     # The numbers of ends and beginnings match.
     ends = "</body>" * max(change[1].count("<body>"), 1)
     text = OWN.replace(*change).replace("</body>\n</worldbody>", f"{ends}</worldbody>")

@@ -89,7 +89,7 @@ def test_a_force_that_is_not_enough_lets_a_box_down(script: ModuleType) -> None:
     assert script.getBasePositionAndOrientation(box)[0][2] == pytest.approx(1 - 2.0, abs=0.02)
 
 
-def test_what_is_not_there_is_answered_as_by_pybullet(bullet: Any, script: ModuleType) -> None:
+def test_unknown_constraints_are_answered_as_by_pybullet(bullet: Any, script: ModuleType) -> None:
     for p in (bullet, script):
         assert p.getConstraintUniqueId(5) == -1
         assert p.changeConstraint(99, [0, 0, 0]) is None
@@ -233,7 +233,7 @@ def test_ends_that_are_not_there_are_refused(bullet: Any, script: ModuleType) ->
         assert p.getNumConstraints() == 0
 
 
-def test_what_pybullet_takes_for_nothing_is_refused(bullet: Any, script: ModuleType) -> None:
+def test_constraints_without_effect_in_pybullet_are_refused(bullet: Any, script: ModuleType) -> None:
     """An unknown child, a link held to itself, and vectors of a wrong length make wrong constraints in
     PyBullet, or none."""
     for p, refuses in ((bullet, False), (script, True)):
@@ -259,7 +259,7 @@ def test_what_pybullet_takes_for_nothing_is_refused(bullet: Any, script: ModuleT
         assert p.getConstraintInfo(made) == before
 
 
-def test_what_the_daemon_refuses_changes_nothing(script: ModuleType) -> None:
+def test_refused_constraints_change_nothing(script: ModuleType) -> None:
     arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
     made = script.createConstraint(arm, 1, arm, 3, script.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
     before = script.getConstraintInfo(made)

@@ -21,7 +21,7 @@ def resting(script: ModuleType) -> "tuple[int, int]":
     return floor, box
 
 
-def test_what_lies_is_carried(script: ModuleType, resting: "tuple[int, int]") -> None:
+def test_resting_bodies_are_carried(script: ModuleType, resting: "tuple[int, int]") -> None:
     floor, box = resting
     points: tuple[Any, ...] = script.getContactPoints(box, floor)
     assert len(points) >= 3
@@ -74,7 +74,7 @@ def test_friction_and_restitution_are_changed(script: ModuleType, resting: "tupl
     assert (info[0], info[1], info[5]) == (3.0, 0.05, 0.3)
 
 
-def test_what_a_description_says_of_friction_stays(script: ModuleType, tmp_path: Path) -> None:
+def test_friction_of_a_description_stays(script: ModuleType, tmp_path: Path) -> None:
     file = tmp_path / "rough.urdf"
     file.write_text("""<robot name="rough"><link name="rough"><contact><lateral_friction value="0.8"/></contact>
       <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>

@@ -90,7 +90,7 @@ def test_dividing_a_mesh_leaves_the_world_as_it_was(
     assert "resolution do nothing" in capsys.readouterr().err
 
 
-def test_what_cannot_be_divided_or_written_is_refused(script: ModuleType, tmp_path: Path) -> None:
+def test_unusable_meshes_and_paths_are_refused(script: ModuleType, tmp_path: Path) -> None:
     mesh, out, log = str(beam(tmp_path)), str(tmp_path / "out.obj"), str(tmp_path / "log.txt")
     (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "none.obj").write_text("f 1 2 3\n")

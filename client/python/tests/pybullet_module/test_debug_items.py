@@ -155,7 +155,7 @@ def test_a_thousand_lines_are_few_calls(
     assert 1 <= len(called) <= 200
 
 
-def test_what_a_script_drew_is_seen_though_it_calls_nothing_more(script: ModuleType, page: Simulation) -> None:
+def test_drawings_are_visible_without_further_calls(script: ModuleType, page: Simulation) -> None:
     script.addUserDebugLine([0, 0, 0], [1, 0, 0])
     # The answer comes with the change.
     seen: proto.NextViewResponse = page.call(methods.NextView, proto.NextViewRequest(timeout=10.0), wait=10.0)

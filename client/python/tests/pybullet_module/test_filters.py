@@ -67,7 +67,7 @@ def test_pairs_win_over_groups_as_in_pybullet(script: Any, bullet: Any) -> None:
     assert seen[0] == seen[1] == [True, False, True]
 
 
-def test_what_is_not_there_is_passed_over_as_in_pybullet(script: Any, bullet: Any) -> None:
+def test_unknown_bodies_are_ignored_as_in_pybullet(script: Any, bullet: Any) -> None:
     for p in (script, bullet):
         floor, box = boxes(p)
         assert p.setCollisionFilterPair(box, floor, 9, -1, 0) is None

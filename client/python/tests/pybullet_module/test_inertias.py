@@ -153,7 +153,7 @@ def test_numbers_beyond_all_measure_are_reported_by_the_daemon(script: ModuleTyp
         script.loadURDF(str(file))
 
 
-def test_what_is_wrong_with_a_file_is_reported_by_its_own_lines(script: ModuleType, tmp_path: Path) -> None:
+def test_faults_of_a_file_are_reported_with_its_lines(script: ModuleType, tmp_path: Path) -> None:
     file = tmp_path / "two.urdf"
     file.write_text("<robot name='two'>\n<!-- a\n comment\n -->\n<link name='a'/>\n<link name='a'/>\n</robot>")
     with pytest.raises(script.error, match=r"line 6"):

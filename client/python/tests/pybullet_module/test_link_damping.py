@@ -20,7 +20,7 @@ def damped(p: Any, body: int, linear: float | None, angular: float | None) -> No
 
 
 @pytest.mark.parametrize(("linear", "angular"), CASES)
-def test_what_flies_and_spins_slows_down_as_in_pybullet(
+def test_flying_and_spinning_bodies_slow_down_as_in_pybullet(
     bullet: Any, script: ModuleType, linear: float | None, angular: float | None
 ) -> None:
     found: list[list[float]] = []

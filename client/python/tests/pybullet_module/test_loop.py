@@ -53,7 +53,7 @@ def test_a_turn_costs_one_round_trip(script: ModuleType, calls: Calls) -> None:
     assert set(calls) == {STEP} and calls[STEP] in (1, 50)
 
 
-def test_where_links_and_bases_are_comes_with_the_step_once_they_were_read(
+def test_poses_of_links_and_bases_come_with_the_step_once_they_were_read(
     script: ModuleType, calls: Calls
 ) -> None:
     arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
@@ -150,7 +150,7 @@ def test_gravity_that_is_set_at_each_step_is_sent_when_it_changes(script: Module
     assert script.getPhysicsEngineParameters()["gravityAccelerationZ"] == -3.0
 
 
-def test_what_links_are_made_of_is_asked_once_a_step(script: ModuleType, calls: Calls) -> None:
+def test_properties_of_links_are_requested_once_a_step(script: ModuleType, calls: Calls) -> None:
     arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
     calls.clear()
     rows = [script.getDynamicsInfo(arm, link) for link in range(-1, script.getNumJoints(arm))]

@@ -93,7 +93,7 @@ def test_a_floor_comes_before_what_stands_on_it_as_in_pybullet(bullet: Any, scri
     assert found[0] == found[1] == ((0, 1), [0.0, 1.4])
 
 
-def test_what_is_no_mjcf_is_refused(script: ModuleType, tmp_path: Path) -> None:
+def test_other_files_than_mjcf_are_refused(script: ModuleType, tmp_path: Path) -> None:
     with pytest.raises(script.error, match="Cannot load MJCF file. Not found"):
         script.loadMJCF("lost.xml")
     broken = tmp_path / "broken.xml"

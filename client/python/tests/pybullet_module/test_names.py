@@ -25,12 +25,12 @@ def test_constants_are_equal() -> None:
     assert [n for n in constants if getattr(pybullet, n) != getattr(real, n)] == []
 
 
-def test_what_is_callable_there_is_callable_here() -> None:
+def test_functions_of_pybullet_are_callable() -> None:
     assert [n for n in NAMES if callable(getattr(real, n)) and not callable(getattr(pybullet, n))] == []
 
 
 @pytest.mark.parametrize("name", unsupported.__all__)
-def test_what_cannot_be_done_says_so_by_name(name: str) -> None:
+def test_unsupported_functions_raise_with_their_name(name: str) -> None:
     with pytest.raises(NotImplementedError, match=rf"simd_client\.pybullet\.{name}: \w+"):
         getattr(pybullet, name)(1, 2, some="argument")
 

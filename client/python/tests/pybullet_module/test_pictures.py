@@ -98,7 +98,7 @@ def test_a_depth_buffer_ends_at_the_planes(script: ModuleType) -> None:
     np.testing.assert_allclose(buffer, [[0.0, 1.0, 1.0, 0.0, 1.0]], atol=1e-6)
 
 
-def test_what_no_camera_has_is_refused(script: ModuleType) -> None:
+def test_impossible_cameras_are_refused(script: ModuleType) -> None:
     for arguments in ((0, 3), (4097, 3), (4, 3, [1.0] * 15)):
         with pytest.raises(script.error, match="getCameraImage"):
             script.getCameraImage(*arguments)

@@ -205,7 +205,7 @@ def test_collision_filters_stay(bullet: Any, script: ModuleType, tmp_path: Path,
         assert heights[0] == pytest.approx(49.9, abs=0.02) and heights[1] < 49.0
 
 
-def test_what_was_said_before_a_state_was_saved_is_not_said_again(
+def test_settings_before_a_saved_state_are_not_sent_again(
     script: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A restore costs the same calls, regardless of the number of unchanged robots."""

@@ -153,7 +153,7 @@ def test_boxes_around_links_are_those_of_pybullet_or_within_them(
     assert (sizes[0] > 0.25 * sizes[1]).all()
 
 
-def test_what_meets_a_box_is_found(bullet: Any, script: ModuleType) -> None:
+def test_bodies_that_meet_a_box_are_found(bullet: Any, script: ModuleType) -> None:
     for p in (bullet, script):
         sphere = p.createCollisionShape(p.GEOM_SPHERE, radius=0.5)
         near, far = (p.createMultiBody(1, sphere, -1, [x, 0, 0]) for x in (0, 5))

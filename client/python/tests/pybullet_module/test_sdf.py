@@ -108,7 +108,7 @@ def test_a_static_model_stays_and_another_falls(script: ModuleType, arm: str) ->
     assert script.getBasePositionAndOrientation(moving)[0][2] < before[0][0][2]
 
 
-def test_what_is_no_sdf_is_refused(script: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_other_files_than_sdf_are_refused(script: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "model.sdf"
     for text, said in (
         ("<robot/>", "has no element sdf"),

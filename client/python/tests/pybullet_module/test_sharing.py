@@ -296,7 +296,7 @@ def test_an_owners_settings_go_with_its_robots(daemon: DaemonProcess) -> None:
     assert combination(daemon) is simd_client.SurfaceCombination.MIN
 
 
-def test_what_another_has_set_meanwhile_stays(daemon: DaemonProcess) -> None:
+def test_settings_of_other_clients_stay(daemon: DaemonProcess) -> None:
     p.connect(p.DIRECT, endpoint=daemon.endpoint)
     p.setGravity(0, 0, -1)
     with simd_client.connect(daemon.endpoint) as other:

@@ -136,7 +136,7 @@ def fresh(tmp_path: Path) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("way", ["import", "runner"])
-def test_where_pybullet_is_not_installed_its_modules_are_there_with_robots_of_ours(
+def test_without_pybullet_its_modules_exist_with_robots_of_simd(
     fresh: dict[str, str], tmp_path: Path, way: str
 ) -> None:
     first = "import simd_client.pybullet as pybullet" if way == "import" else "import pybullet"

@@ -80,7 +80,7 @@ def change(body: Body, index: int, rng: random.Random) -> None:
     motor.velocity_gain, motor.max_velocity = rng.choice([0.5, 1.0]), rng.choice([0.0, 2.0])
 
 
-def test_what_is_kept_says_what_is_said_anew() -> None:
+def test_kept_messages_equal_new_ones() -> None:
     rng = random.Random(5)
     bodies = {number: arm(number) for number in range(2)}
     kept = StepTargets()

@@ -96,7 +96,7 @@ def test_a_picture_is_the_terrain_that_pybullet_makes_of_it(
 
 
 @pytest.mark.parametrize("kinds", [("grey", "sixteen_bits"), ("four_bits_in_eight", "four_bits")])
-def test_of_sixteen_bits_the_upper_eight_count_and_four_are_spread(
+def test_the_upper_eight_of_sixteen_bits_count_and_four_are_spread(
     script: ModuleType, tmp_path: Path, kinds: tuple[str, str]
 ) -> None:
     """PyBullet reads only eight bits."""

@@ -33,7 +33,7 @@ def test_torques_of_one_step_add_up_as_in_pybullet(bullet: Any, script: ModuleTy
         assert p.getJointState(body, 0)[1] == pytest.approx(30 * H)
 
 
-def test_what_a_script_saves_between_a_torque_and_its_step_keeps_it(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+def test_a_state_saved_between_a_torque_and_its_step_keeps_the_torque(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
     for p in (bullet, script):
         body = arm(p, tmp_path)
         p.setJointMotorControl2(body, 0, p.VELOCITY_CONTROL, force=0)

@@ -44,7 +44,7 @@ def test_constraints_take_none_and_axes_of_zero(script: ModuleType, cube: int) -
         script.removeConstraint(each)
 
 
-def test_what_is_not_there_is_said_and_changes_nothing(
+def test_missing_objects_are_reported_and_change_nothing(
     script: ModuleType, cube: int, capfd: pytest.CaptureFixture[str]
 ) -> None:
     script.changeDynamics(cube, 7, lateralFriction=1.0)
@@ -124,7 +124,7 @@ def test_a_visual_shape_without_its_mesh_draws_nothing(script: ModuleType, capfd
 
 
 @pytest.mark.parametrize("changed", [("' rpy", "'rpy"), ('"1" iyy', '"1"iyy'), ('"1"\n    izz', '"1"izz'), ("?>", "?>\r\n* a remark")])
-def test_what_an_xml_reader_would_refuse_is_read(
+def test_xml_that_a_strict_reader_refuses_is_read(
     bullet: Any, script: ModuleType, tmp_path: Path, changed: tuple[str, str]
 ) -> None:
     urdf = """<?xml version="1.0" ?><robot name="r"><link name="base"><inertial><origin xyz='0 0 0.5' rpy='0 0 0'/><mass value="2"/>
