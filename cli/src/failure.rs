@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_pipe_is_no_failure() {
+    fn a_closed_pipe_is_not_a_failure() {
         assert!(is_closed_pipe(&io::Error::from(io::ErrorKind::BrokenPipe).into()));
         assert!(!is_closed_pipe(&anyhow::anyhow!("no")));
     }

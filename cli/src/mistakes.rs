@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_range_is_said_in_words() {
+    fn a_range_is_given_in_words() {
         for (rust, said) in [
             (
                 "'0' for '[STEPS]': 0 is not in 1..18446744073709551615\n",

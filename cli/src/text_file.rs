@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_is_no_object_however_many_values_it_has() {
+    fn a_list_is_not_an_object_however_many_values_it_has() {
         #[derive(Debug, Default, PartialEq, serde::Deserialize)]
         #[serde(default, deny_unknown_fields)]
         struct Range {

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn headers_are_said_in_lines_of_the_attachment() {
+    fn headers_are_lines_of_the_attachment() {
         let version = crate::API_VERSION.to_string();
         let said =
             attachment([(crate::API_VERSION_HEADER, version.as_str()), (crate::CLIENT_HEADER, "bench: a")]);

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_gets_a_certificate_of_its_own_from_the_authority_that_is_there() {
+    fn a_client_gets_a_certificate_from_the_existing_authority() {
         let folder = tempfile::tempdir().unwrap();
         let lacks = client(folder.path(), "alice").unwrap_err();
         assert!(lacks.contains("simd tls init"), "{lacks}");

@@ -86,7 +86,7 @@ async fn a_ball_joint_follows_its_targets(via: Via) {
     assert_eq!(ball(&daemon).await.mode, [JointMode::Hold; 3]);
 }
 
-async fn what_is_not_for_a_ball_joint_is_refused(via: Via) {
+async fn values_that_do_not_fit_a_ball_joint_are_refused(via: Via) {
     let daemon = pendulum(via).await;
     for target in [Target::position(0.3), Target::velocity(0.3), Target::Effort(0.3)] {
         let target = joint_target("ball", target);
@@ -170,6 +170,6 @@ over_every_transport! {
     a_ball_joint_is_read_and_put_by_a_quaternion,
     a_ball_joint_starts_at_an_orientation,
     a_ball_joint_follows_its_targets,
-    what_is_not_for_a_ball_joint_is_refused,
+    values_that_do_not_fit_a_ball_joint_are_refused,
     kinematics_turn_ball_joints,
 }

@@ -12,10 +12,10 @@ use simd_world::handle::RunState;
 use crate::{load_arm, over_every_transport, set};
 
 over_every_transport! {
-    what_blocks_a_joint_is_named_until_it_is_gone,
+    a_blocking_link_is_named_until_it_is_gone,
 }
 
-async fn what_blocks_a_joint_is_named_until_it_is_gone(via: Via) {
+async fn a_blocking_link_is_named_until_it_is_gone(via: Via) {
     let daemon = Daemon::start_via(via, |config| config.driver.state = RunState::Paused).await;
     let client = &daemon.client;
     load_arm(client, "arm").await;

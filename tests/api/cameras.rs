@@ -176,7 +176,7 @@ async fn a_world_that_nothing_draws_says_so_at_once(via: Via) {
     assert_eq!(none.reason(), Some(ErrorReason::RobotNotFound), "{none}");
 }
 
-async fn what_a_renderer_does_not_draw_goes_to_another(via: Via) {
+async fn an_undrawn_picture_goes_to_another_renderer(via: Via) {
     let drawing = Duration::from_millis(200);
     let daemon = Daemon::start_via(via, |config| {
         config.driver.state = simd_world::handle::RunState::Paused;
@@ -391,7 +391,7 @@ over_every_transport! {
     a_picture_is_of_the_step_at_which_it_was_asked_for,
     a_picture_is_taken_from_any_point_of_view,
     a_world_that_nothing_draws_says_so_at_once,
-    what_a_renderer_does_not_draw_goes_to_another,
+    an_undrawn_picture_goes_to_another_renderer,
     renderers_share_what_is_to_be_drawn,
     a_picture_that_is_not_what_the_task_asks_for_is_refused,
     pictures_that_are_waited_for_are_bounded,

@@ -56,7 +56,7 @@ async fn end(watch: &mut SensorWatch) -> simd_client::Error {
 
 /// Time jumps back, and the watch continues. Numbers of readings grow, and samples and their numbers are the
 /// restored ones. For a watcher, a sensor that the restored state does not have is gone.
-async fn a_watch_goes_on_over_a_restored_state(via: Via) {
+async fn a_watch_continues_over_a_restored_state(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     client.create_sensor(imu("imu")).await.unwrap();
@@ -93,7 +93,7 @@ async fn a_watch_goes_on_over_a_restored_state(via: Via) {
 }
 
 /// Immediately, and not only when the wait for the picture ends.
-async fn who_waits_for_a_camera_learns_that_it_went(via: Via) {
+async fn a_client_that_waits_for_a_camera_learns_of_its_end(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     client.create_sensor(camera("eye", Some(100.0))).await.unwrap();
@@ -223,8 +223,8 @@ async fn many(client: &Client, robot: &str) {
 }
 
 over_every_transport! {
-    a_watch_goes_on_over_a_restored_state,
-    who_waits_for_a_camera_learns_that_it_went,
+    a_watch_continues_over_a_restored_state,
+    a_client_that_waits_for_a_camera_learns_of_its_end,
     sensors_of_a_removed_robot_are_gone_for_every_call,
     a_thousand_sensors_are_read_at_once,
 }

@@ -12,7 +12,7 @@ use crate::{arm, over_every_transport};
 
 over_every_transport! {
     a_claimed_robot_is_changed_by_its_holder_alone,
-    what_concerns_all_clients_needs_the_world_while_another_holds_a_claim,
+    calls_for_all_clients_need_the_world_while_another_client_holds_a_claim,
     a_higher_priority_takes_over_and_an_event_says_so,
     a_claim_that_is_not_used_lapses_and_an_event_says_so,
 }
@@ -86,7 +86,7 @@ async fn a_claimed_robot_is_changed_by_its_holder_alone(via: Via) {
     }
 }
 
-async fn what_concerns_all_clients_needs_the_world_while_another_holds_a_claim(via: Via) {
+async fn calls_for_all_clients_need_the_world_while_another_client_holds_a_claim(via: Via) {
     async fn change_world(client: &Client) -> Vec<Result<(), Error>> {
         let physics = SetPhysicsRequest { substeps: Some(2), ..Default::default() };
         let reset = ResetSimulationRequest { state: true, ..Default::default() };

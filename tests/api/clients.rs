@@ -30,7 +30,7 @@ fn source(robot: &str, client: &str) -> (String, String, String) {
     (robot.into(), "shoulder".into(), client.into())
 }
 
-async fn who_says_a_name_is_listed_with_its_transport(via: Via) {
+async fn a_named_client_is_listed_with_its_transport(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let [bench, viewer] = ["bench", "viewer-4f2a"].map(|name| daemon.client.clone().with_name(name));
     viewer.physics().await.unwrap();
@@ -110,7 +110,7 @@ async fn targets_that_are_put_back_have_no_source(via: Via) {
 }
 
 crate::over_every_transport![
-    who_says_a_name_is_listed_with_its_transport,
+    a_named_client_is_listed_with_its_transport,
     a_client_that_says_no_name_has_that_of_its_program,
     who_watches_is_here,
     the_last_who_set_a_target_is_known,

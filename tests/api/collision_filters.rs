@@ -140,7 +140,7 @@ async fn an_srdf_beside_the_urdf_switches_pairs_off_and_its_mistakes_are_reporte
     assert!(refused.contains("collision_pairs[0].other_robot"), "{refused}");
 }
 
-async fn what_is_wrong_is_named_by_its_path(via: Via) {
+async fn faults_are_named_by_their_path(via: Via) {
     let daemon = ball_on_ground(via).await;
     let client = &daemon.client;
     let refusal = async |pairs| client.set_collision_filter(change("ball", pairs)).await.unwrap_err();
@@ -164,5 +164,5 @@ over_every_transport! {
     a_pair_that_is_switched_off_falls_through_and_is_read_back,
     groups_are_set_and_read_with_the_surfaces,
     an_srdf_beside_the_urdf_switches_pairs_off_and_its_mistakes_are_reported,
-    what_is_wrong_is_named_by_its_path,
+    faults_are_named_by_their_path,
 }

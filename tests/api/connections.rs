@@ -115,7 +115,7 @@ async fn as_many_slow_bodies_as_browsers_may_have_connections_lock_no_browser_ou
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn connections_that_are_silent_idle_or_slow_are_closed_and_clients_go_on() {
+async fn connections_that_are_silent_idle_or_slow_are_closed_and_clients_continue() {
     let short = Duration::from_millis(100);
     let limits = Connections { begin: short, idle: short, body: short, ..Default::default() };
     let daemon = daemon(limits).await;

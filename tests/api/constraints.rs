@@ -148,7 +148,7 @@ async fn each_kind_is_listed_with_its_force_changed_and_deleted(via: Via) {
     }
 }
 
-async fn what_cannot_be_is_refused_by_its_field(via: Via) {
+async fn invalid_values_are_refused_by_their_field(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;
     ball(client, "left", 0.0).await;
@@ -293,7 +293,7 @@ async fn a_gear_is_changed_breaks_and_is_deleted(via: Via) {
 over_every_transport! {
     a_constraint_is_made_read_changed_and_deleted,
     each_kind_is_listed_with_its_force_changed_and_deleted,
-    what_cannot_be_is_refused_by_its_field,
+    invalid_values_are_refused_by_their_field,
     a_gear_is_between_joints_and_goes_into_files,
     a_gear_is_changed_breaks_and_is_deleted,
 }

@@ -194,7 +194,7 @@ async fn the_positions_of_inverse_kinematics_bring_the_link_to_its_goal(via: Via
     assert!(off < 2e-3 && turned < 2e-3, "{off} {turned}");
 }
 
-async fn what_cannot_be_computed_is_refused_by_name(via: Via) {
+async fn impossible_queries_are_refused_by_name(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     let configuration = |positions: Vec<f64>| Some(proto::Configuration { positions, ..Default::default() });
@@ -262,5 +262,5 @@ crate::over_every_transport![
     the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity,
     a_free_robot_has_the_six_of_its_root_in_front,
     the_positions_of_inverse_kinematics_bring_the_link_to_its_goal,
-    what_cannot_be_computed_is_refused_by_name,
+    impossible_queries_are_refused_by_name,
 ];

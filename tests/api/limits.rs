@@ -88,7 +88,7 @@ async fn a_large_answer_comes_whole(via: Via) {
 }
 
 /// Requested and unread answers count, even a single one.
-async fn an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_go_on(via: Via) {
+async fn an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_continue(via: Via) {
     let daemon = Daemon::start_via(via, |config| config.limits.unread_bytes = 1 << 20).await;
     let points = vec![0.5; 300_000];
     let lines = simd_client::proto::MarkerLines { points, ..Default::default() };
@@ -117,7 +117,7 @@ async fn an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_go_on(v
 }
 
 crate::over_every_transport![
-    an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_go_on,
+    an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_continue,
     a_message_beyond_the_limit_is_refused_by_the_limits_name,
     robots_beyond_the_limit_are_refused_and_those_there_stay,
     steps_beyond_the_limit_are_refused_and_none_is_done,

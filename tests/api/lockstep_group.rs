@@ -15,10 +15,10 @@ use crate::{arm, load_arm, over_every_transport, shoulder};
 
 over_every_transport! {
     the_world_advances_once_each_member_has_asked_and_to_the_nearest_step,
-    a_member_that_does_not_ask_in_its_time_is_one_no_more_and_the_others_go_on,
+    a_member_beyond_its_timeout_is_removed_and_the_others_continue,
     while_there_are_members_others_neither_step_nor_play,
     a_step_of_a_member_that_is_refused_has_set_nothing,
-    who_has_claimed_the_world_is_held_up_by_no_member,
+    no_member_delays_the_holder_of_the_world,
 }
 
 const LONG: Duration = Duration::from_secs(60);
@@ -90,7 +90,7 @@ async fn the_world_advances_once_each_member_has_asked_and_to_the_nearest_step(v
     }
 }
 
-async fn a_member_that_does_not_ask_in_its_time_is_one_no_more_and_the_others_go_on(via: Via) {
+async fn a_member_beyond_its_timeout_is_removed_and_the_others_continue(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     let mut events = client.watch_events(0).await.unwrap();
@@ -224,7 +224,7 @@ async fn a_member_that_joins_while_the_world_steps_gets_all_of_its_steps() {
     assert!(reached >= before + 50_000, "{reached} after {before}");
 }
 
-async fn who_has_claimed_the_world_is_held_up_by_no_member(via: Via) {
+async fn no_member_delays_the_holder_of_the_world(via: Via) {
     let daemon = arm(via).await;
     let other = daemon.another_client().await;
     let member = other.join_lockstep(Duration::from_secs(3600)).await.unwrap();

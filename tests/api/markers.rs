@@ -32,7 +32,7 @@ async fn ids(client: &Client) -> Vec<u64> {
     client.markers().await.unwrap().iter().map(|marker| marker.id).collect()
 }
 
-async fn what_one_client_draws_a_page_gets_and_another_deletes(via: Via) {
+async fn a_page_gets_the_markers_of_a_client_and_another_client_deletes_them(via: Via) {
     let daemon = arm(via).await;
     let page = daemon.another_client().await;
     let first = page.next_view(0, SECOND).await.unwrap();
@@ -131,7 +131,7 @@ async fn links_are_given_colours_until_their_robot_is_reloaded_or_goes(via: Via)
     assert_eq!(shown(anew.colors), [("base_link".to_owned(), 0.5)]);
 }
 
-async fn what_cannot_be_drawn_is_refused_and_then_nothing_is(via: Via) {
+async fn an_invalid_marker_is_refused_with_all_others_of_its_call(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     let on = |robot: &str, link: &str| Marker { robot: robot.into(), link: link.into(), ..line() };
@@ -304,10 +304,10 @@ fn markers_are_made_of_flat_lists() {
 }
 
 crate::over_every_transport![
-    what_one_client_draws_a_page_gets_and_another_deletes,
+    a_page_gets_the_markers_of_a_client_and_another_client_deletes_them,
     resets_and_restores_leave_markers_alone,
     links_are_given_colours_until_their_robot_is_reloaded_or_goes,
-    what_cannot_be_drawn_is_refused_and_then_nothing_is,
+    an_invalid_marker_is_refused_with_all_others_of_its_call,
     there_are_never_more_than_the_limit_and_one_sentence_says_so,
     cameras_are_reported_and_moved,
     keys_and_mouse_go_to_the_program_that_asks,

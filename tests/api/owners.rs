@@ -46,7 +46,7 @@ async fn allowed(client: &Client) {
     }
 }
 
-async fn what_was_made_with_a_claim_is_its_holders_as_long_as_the_claim_holds(via: Via) {
+async fn items_made_with_a_claim_belong_to_its_holder_while_it_lasts(via: Via) {
     let daemon = arm(via).await;
     let other = daemon.another_client().await;
     let secret = daemon.client.claim_joints(vec![every_joint("arm")], "me", MINUTE).await.unwrap();
@@ -79,7 +79,7 @@ async fn what_was_made_with_a_claim_is_its_holders_as_long_as_the_claim_holds(vi
     allowed(&other).await;
 }
 
-async fn what_was_made_without_a_claim_or_a_token_is_everybodys_and_says_who_made_it(via: Via) {
+async fn items_made_without_a_claim_or_a_token_belong_to_all_and_name_their_maker(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let maker = daemon.client.clone().with_name("bench 1");
     let saved = maker.save_state("mine").await.unwrap();
@@ -97,8 +97,8 @@ async fn what_was_made_without_a_claim_or_a_token_is_everybodys_and_says_who_mad
 }
 
 crate::over_every_transport![
-    what_was_made_with_a_claim_is_its_holders_as_long_as_the_claim_holds,
-    what_was_made_without_a_claim_or_a_token_is_everybodys_and_says_who_made_it,
+    items_made_with_a_claim_belong_to_its_holder_while_it_lasts,
+    items_made_without_a_claim_or_a_token_belong_to_all_and_name_their_maker,
 ];
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

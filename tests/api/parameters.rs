@@ -29,7 +29,7 @@ async fn daemon(via: Via) -> Daemon {
     daemon
 }
 
-async fn what_one_client_moves_another_reads_and_a_third_is_notified(via: Via) {
+async fn another_client_reads_a_moved_slider_and_a_third_is_notified(via: Via) {
     let daemon = daemon(via).await;
     let other = daemon.another_client().await;
     let mut watch = other.watch_parameters().await.unwrap();
@@ -50,7 +50,7 @@ async fn what_one_client_moves_another_reads_and_a_third_is_notified(via: Via) {
 }
 
 /// A thousand moves that are not read are not a thousand lists.
-async fn who_comes_late_gets_the_newest_alone(via: Via) {
+async fn late_clients_get_only_the_newest_values(via: Via) {
     let daemon = daemon(via).await;
     let before = daemon.client.parameters(Vec::new()).await.unwrap().version;
     for step in 1..=100 {
@@ -175,7 +175,7 @@ async fn a_target_that_is_refused_leaves_all_sliders_where_they_are(via: Via) {
     assert_eq!(shoulder(&daemon).await.target, 0.5);
 }
 
-async fn what_cannot_be_bound_is_refused(via: Via) {
+async fn impossible_bindings_are_refused(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     let shoulder = shoulder_of("arm", JointMode::Position);
@@ -195,9 +195,9 @@ async fn what_cannot_be_bound_is_refused(via: Via) {
 crate::over_every_transport![
     a_bound_slider_sets_the_target_for_each_client_that_moves_it,
     a_target_that_is_refused_leaves_all_sliders_where_they_are,
-    what_cannot_be_bound_is_refused,
-    what_one_client_moves_another_reads_and_a_third_is_notified,
-    who_comes_late_gets_the_newest_alone,
+    impossible_bindings_are_refused,
+    another_client_reads_a_moved_slider_and_a_third_is_notified,
+    late_clients_get_only_the_newest_values,
     a_reset_of_the_world_leaves_the_sliders_where_they_are,
     refusals_say_which_parameter_and_change_nothing,
     a_watch_of_parameters_ends_with_ok_when_the_daemon_drains,

@@ -16,10 +16,10 @@ use crate::cameras::{camera, draw};
 use crate::{load_arm, over_every_transport, set};
 
 over_every_transport! {
-    what_was_recorded_is_downloaded_and_comes_to_the_same_again,
+    a_downloaded_recording_replays_to_the_same_bits,
     readings_of_sensors_are_recorded_each_once,
     pictures_of_cameras_are_recorded_while_a_renderer_draws_them,
-    without_a_folder_it_is_said_what_to_configure,
+    without_a_folder_the_error_names_the_setting,
     names_that_are_no_names_and_numbers_that_cannot_be_are_refused,
     commands_of_several_clients_are_recorded_with_their_names,
     robots_joints_and_recordings_keep_the_letters_of_their_names,
@@ -47,7 +47,7 @@ async fn replayed(file: &[u8]) -> Replayed {
     replayed
 }
 
-async fn what_was_recorded_is_downloaded_and_comes_to_the_same_again(via: Via) {
+async fn a_downloaded_recording_replays_to_the_same_bits(via: Via) {
     let (daemon, _folder) = daemon(via).await;
     load_arm(&daemon.client, "arm").await;
     let recording = daemon.client.start_recording(named("run")).await.unwrap();
@@ -228,7 +228,7 @@ async fn robots_joints_and_recordings_keep_the_letters_of_their_names(via: Via) 
     assert_eq!(names, ["опыт-1"]);
 }
 
-async fn without_a_folder_it_is_said_what_to_configure(via: Via) {
+async fn without_a_folder_the_error_names_the_setting(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let refused = daemon.client.start_recording(named("run")).await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::RecordingNotPossible));

@@ -49,7 +49,7 @@ async fn an_id_that_comes_back_with_another_request_is_refused_and_nothing_is_do
     assert_eq!(epoch(&daemon.client).await, 1);
 }
 
-async fn clients_of_other_names_have_ids_of_their_own(via: Via) {
+async fn ids_belong_to_the_name_of_a_client(via: Via) {
     let daemon = arm(via).await;
     let [one, two] = ["one", "two"].map(|name| daemon.client.clone().with_name(name));
     one.reset(reset("1")).await.unwrap();
@@ -147,7 +147,7 @@ async fn over_zenoh_a_query_without_a_name_is_known_by_its_source() {
 crate::over_every_transport![
     an_id_of_one_method_says_nothing_of_another,
     an_id_that_comes_back_with_another_request_is_refused_and_nothing_is_done,
-    clients_of_other_names_have_ids_of_their_own,
+    ids_belong_to_the_name_of_a_client,
     callers_without_a_name_have_ids_of_their_connection,
     a_refusal_is_remembered_as_it_was,
 ];

@@ -81,7 +81,7 @@ async fn a_report_names_what_a_robot_was_loaded_into_and_a_free_place(via: Via) 
     }
 }
 
-async fn a_free_robot_in_a_world_without_ground_is_said_to_fall_and_how_to_hold_it(via: Via) {
+async fn the_report_says_that_a_free_robot_falls_without_ground_and_how_to_hold_it(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let package = assets().join("Bench_Arm-1.2 rev B");
     let said = async |name: &str, base: proto::Base| {
@@ -99,7 +99,7 @@ async fn a_free_robot_in_a_world_without_ground_is_said_to_fall_and_how_to_hold_
 }
 
 /// The second upload of the same package sends no file: the daemon has them by hash.
-async fn what_the_daemon_has_is_not_sent_again(via: Via) {
+async fn files_of_the_daemon_are_not_sent_again(via: Via) {
     let daemon = arm(via).await;
     let package = Package::open(assets().join("Bench_Arm-1.2 rev B")).unwrap();
     let source = daemon.client.upload(&package).await.unwrap();
@@ -206,8 +206,8 @@ crate::over_every_transport![
     a_solidworks_export_loads_without_a_warning_and_says_what_it_is,
     names_with_spaces_work_from_the_folder_to_the_target,
     a_report_names_what_a_robot_was_loaded_into_and_a_free_place,
-    a_free_robot_in_a_world_without_ground_is_said_to_fall_and_how_to_hold_it,
-    what_the_daemon_has_is_not_sent_again,
+    the_report_says_that_a_free_robot_falls_without_ground_and_how_to_hold_it,
+    files_of_the_daemon_are_not_sent_again,
     a_robot_can_be_watched_on_its_way_in,
     a_ball_and_a_box_are_spawned_without_a_description,
     a_missing_mesh_is_a_warning_that_names_the_places_searched,

@@ -102,7 +102,7 @@ async fn a_large_rollout_comes_whole(via: Via) {
     }
 }
 
-async fn what_cannot_be_is_refused_in_one_sentence(via: Via) {
+async fn invalid_rollouts_are_refused_with_one_sentence(via: Via) {
     let daemon = Daemon::start_via(via, |config| config.limits.rollout_bytes = 1 << 20).await;
     crate::load_arm(&daemon.client, "arm").await;
     let refused = async |request: RolloutRequest| daemon.client.rollout(request, |_| ()).await.unwrap_err();
@@ -173,7 +173,7 @@ over_every_transport![
     copies_end_where_the_world_does_and_leave_it_where_it_is,
     copies_start_from_a_saved_state_that_is_named,
     a_large_rollout_comes_whole,
-    what_cannot_be_is_refused_in_one_sentence,
+    invalid_rollouts_are_refused_with_one_sentence,
     a_rollout_that_takes_too_long_says_how_far_it_came,
 ];
 

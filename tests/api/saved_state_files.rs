@@ -143,7 +143,7 @@ async fn set_small(client: &Client) {
     client.set_robot_targets("small", [target]).await.unwrap();
 }
 
-async fn what_is_no_saved_state_is_refused_and_changes_nothing(via: Via) {
+async fn other_files_than_saved_states_are_refused_and_change_nothing(via: Via) {
     let folder = tempfile::tempdir().unwrap();
     let daemon = arm(via).await;
     set(&daemon, Target::position(0.5)).await;
@@ -284,6 +284,6 @@ crate::over_every_transport![
     meshes_of_numbers_go_along_with_their_robots,
     named_states_of_an_srdf_survive_a_file_and_a_reload,
     a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits,
-    what_is_no_saved_state_is_refused_and_changes_nothing,
+    other_files_than_saved_states_are_refused_and_change_nothing,
     limits_hold_for_saved_states_in_files,
 ];

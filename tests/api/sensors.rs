@@ -101,7 +101,7 @@ async fn a_sensor_is_made_listed_read_and_deleted(via: Via) {
     assert_eq!(said.collect::<Vec<_>>(), expected.map(|(what, name)| (what, name.to_owned())));
 }
 
-async fn what_cannot_be_is_refused_by_its_field(via: Via) {
+async fn invalid_values_are_refused_by_their_field(via: Via) {
     let daemon = arm(via).await;
     let client = &daemon.client;
     client.create_sensor(imu("imu")).await.unwrap();
@@ -349,7 +349,7 @@ async fn newest_readings_come_beside_joint_states(via: Via) {
 
 over_every_transport! {
     a_sensor_is_made_listed_read_and_deleted,
-    what_cannot_be_is_refused_by_its_field,
+    invalid_values_are_refused_by_their_field,
     readings_come_without_a_hole_to_who_asks_for_the_next,
     a_watch_has_each_reading_until_its_sensor_goes,
     ranges_are_of_the_state_that_the_caller_sees,

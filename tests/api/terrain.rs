@@ -100,7 +100,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
 }
 
 /// An impossible request is a warning, which a strict load refuses; then no robot is added.
-async fn a_strict_load_refuses_what_is_no_mesh_and_no_parts(via: Via) {
+async fn a_strict_load_refuses_unusable_meshes_and_parts(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let folder = tempfile::tempdir().unwrap();
     let load_strictly = async |base: Base, meshes: MeshShapes| {
@@ -181,7 +181,7 @@ fn sunk(spawned: &Spawned) -> Vec<String> {
 
 /// Links below a sheet and a height field are reported, for later bodies and for earlier ones. Links in a
 /// tub, which has no upper side above them, and links above a surface are not.
-async fn what_starts_below_a_surface_is_reported(via: Via) {
+async fn starts_below_a_surface_are_reported(via: Via) {
     let daemon = Daemon::paused_via(via).await;
     let client = &daemon.client;
     let folder = tempfile::tempdir().unwrap();
@@ -263,7 +263,7 @@ async fn files_that_are_no_ground_are_a_sentence(via: Via) {
 crate::over_every_transport! {
     a_load_report_says_what_a_mesh_became,
     a_ball_falls_into_what_is_open,
-    what_starts_below_a_surface_is_reported,
-    a_strict_load_refuses_what_is_no_mesh_and_no_parts,
+    starts_below_a_surface_are_reported,
+    a_strict_load_refuses_unusable_meshes_and_parts,
     files_that_are_no_ground_are_a_sentence,
 }

@@ -67,7 +67,7 @@ async fn goes_on(client: &Client, watch: &mut JointWatch) {
 /// Clients that connect meanwhile get the new certificate, which the old authority did not sign; connected
 /// ones do not need it.
 #[tokio::test(flavor = "multi_thread")]
-async fn a_stream_goes_on_while_the_certificate_is_read_again() {
+async fn a_stream_continues_while_the_certificate_is_read_again() {
     let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
     let folder = guarded.folder.path();
     let admin = guarded.client(&of(Role::Admin)).await;

@@ -80,7 +80,7 @@ async fn a_trajectory_that_waits_is_cancelled_and_a_target_takes_its_joint(via: 
     assert_eq!(nowhere.reason(), Some(ErrorReason::RobotNotFound), "{nowhere}");
 }
 
-async fn of_two_clients_that_compete_the_holder_of_the_claim_drives(via: Via) {
+async fn the_holder_of_the_claim_drives_if_two_clients_compete(via: Via) {
     let daemon = arm(via).await;
     let other = &daemon.client;
     let claim =
@@ -123,6 +123,6 @@ async fn a_soft_spring_comes_to_its_target_once_gravity_is_compensated(via: Via)
 over_every_transport! {
     trajectories_are_carried_out_in_turn_and_say_how_far_they_are,
     a_trajectory_that_waits_is_cancelled_and_a_target_takes_its_joint,
-    of_two_clients_that_compete_the_holder_of_the_claim_drives,
+    the_holder_of_the_claim_drives_if_two_clients_compete,
     a_soft_spring_comes_to_its_target_once_gravity_is_compensated,
 }

@@ -151,7 +151,7 @@ async fn a_client_gets_what_has_changed_and_has_all_of_it(via: Via) {
 }
 
 /// 2 N on 1 kg for 0.05 s, without weight: 0.1 m/s, and no more of it afterwards.
-async fn a_push_with_a_duration_ends_by_itself(via: Via) {
+async fn a_wrench_with_a_duration_ends_automatically(via: Via) {
     let daemon = scene(via).await;
     let gravity = Some(proto::Vector3::default());
     daemon.client.set_physics(proto::SetPhysicsRequest { gravity, ..Default::default() }).await.unwrap();
@@ -181,7 +181,7 @@ async fn a_push_with_a_duration_ends_by_itself(via: Via) {
 }
 
 /// A weightless crate is pulled half a metre aside, arrives without overshoot, and is released automatically.
-async fn a_pull_brings_a_link_to_a_point_and_ends_by_itself(via: Via) {
+async fn a_pull_brings_a_link_to_a_point_and_ends_automatically(via: Via) {
     let daemon = scene(via).await;
     let gravity = Some(proto::Vector3::default());
     daemon.client.set_physics(proto::SetPhysicsRequest { gravity, ..Default::default() }).await.unwrap();
@@ -227,6 +227,6 @@ crate::over_every_transport![
     a_step_brings_what_touches_where_it_is_asked_to,
     states_come_with_poses_and_contacts_of_their_moment,
     a_client_gets_what_has_changed_and_has_all_of_it,
-    a_push_with_a_duration_ends_by_itself,
-    a_pull_brings_a_link_to_a_point_and_ends_by_itself,
+    a_wrench_with_a_duration_ends_automatically,
+    a_pull_brings_a_link_to_a_point_and_ends_automatically,
 ];

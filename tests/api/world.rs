@@ -27,7 +27,7 @@ async fn stepping_a_playing_world_is_refused_with_the_remedy(via: Via) {
 }
 
 /// As fast as possible: the world does a second of time while this test waits for its states.
-async fn a_playing_world_goes_on_by_itself(via: Via) {
+async fn a_playing_world_continues_without_calls(via: Via) {
     let daemon =
         Daemon::start_via(via, |config| config.driver.pace = Pace::AsFastAsPossible { factor: 1.0 }).await;
     let mut sequence = 0;
@@ -88,7 +88,7 @@ async fn a_retried_reset_is_done_once(via: Via) {
 crate::over_every_transport![
     a_paused_world_moves_by_the_steps_that_are_asked_for,
     stepping_a_playing_world_is_refused_with_the_remedy,
-    a_playing_world_goes_on_by_itself,
+    a_playing_world_continues_without_calls,
     resets_begin_an_epoch_and_put_back_what_their_scope_says,
     a_restored_state_runs_on_to_the_same_bits,
     a_retried_reset_is_done_once,

@@ -271,7 +271,7 @@ async fn two_sessions_with_the_name_of_a_daemon_are_both_named_and_a_client_keep
 
 /// A restarted daemon counts its states from the start: its clients continue at once.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn streams_go_on_after_a_daemon_was_started_again() {
+async fn streams_continue_after_a_restart_of_the_daemon() {
     let router = network::Router::start().await;
     let start = || async {
         let zenoh = Zenoh { connect: vec![router.locator.clone()], ..Zenoh::default() };

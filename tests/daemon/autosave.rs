@@ -47,7 +47,7 @@ async fn end(mut daemon: Process) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_daemon_that_is_started_again_goes_on_where_it_was() {
+async fn a_restarted_daemon_continues_where_it_was() {
     let home = Home::new();
     let file = autosave(&home);
     let daemon = start(&file).await;
@@ -145,7 +145,7 @@ async fn if_the_world_cannot_be_saved_the_log_says_so_once_and_the_world_continu
 
 /// For the writer of a file, a limit of its size is like a full disk: a part is written, and no more.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn on_a_full_disk_the_file_before_stays_as_it_was_and_the_world_goes_on() {
+async fn on_a_full_disk_the_file_before_stays_as_it_was_and_the_world_continues() {
     let home = Home::new();
     let file = autosave(&home);
     let mut daemon = start(&file).await;

@@ -103,7 +103,7 @@ async fn a_limit_of_open_files_that_is_too_low_for_a_start_is_named() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_process_that_was_stopped_goes_on_and_says_what_it_dropped() {
+async fn a_process_that_was_stopped_continues_and_says_what_it_dropped() {
     let mut daemon = demo().await;
     let client = daemon.client().await;
     let mut events = client.watch_events(0).await.unwrap();

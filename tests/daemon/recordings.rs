@@ -62,7 +62,7 @@ async fn after_a_kill_the_recording_is_replayed_to_its_end() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_full_disk_ends_the_recording_with_an_event_and_the_world_goes_on() {
+async fn a_full_disk_ends_the_recording_with_an_event_and_the_world_continues() {
     let (mut daemon, client, folder) = recording_daemon().await;
     let mut events = client.watch_events(0).await.unwrap();
     let request = StartRecordingRequest { name: "run".into(), ..Default::default() };

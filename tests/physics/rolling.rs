@@ -62,7 +62,7 @@ fn eulers_disc_keeps_its_energy() {
 
 /// The distance that the point has moved is part of the state.
 #[test]
-fn a_disc_that_rolls_goes_on_to_the_bit_after_a_restore() {
+fn a_disc_that_rolls_continues_to_the_bit_after_a_restore() {
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
         let mut world = eulers_disc(1e-3, integrator);
         run(&mut world, 0.2);

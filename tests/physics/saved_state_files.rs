@@ -293,7 +293,7 @@ fn the_hash_sees_every_part_of_a_state() {
 
 /// Versions name layouts that clients remember: none may come twice.
 #[test]
-fn imported_robots_have_versions_of_their_own() {
+fn imported_robots_have_new_versions() {
     let mut world = stack(1e-3);
     apply(&mut world, Command::SaveState { name: "here".into() });
     let saved = through_a_file(&world, "here");

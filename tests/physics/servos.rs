@@ -114,7 +114,7 @@ fn a_servo_changes_the_free_velocity_by_no_more_than_its_effort_can() {
 /// Substeps compute the servo's velocity again: with `n` of them a joint that may move freely keeps
 /// `(1 - rate h)^n` of its error.
 #[test]
-fn each_substep_computes_the_velocity_anew() {
+fn each_substep_computes_the_velocity_again() {
     for parts in [1, 2, 4, 10] {
         let mut rng = Rng::with_seed(7);
         let (mut world, positions) = arm(&mut rng, 1, 0.01);

@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_said_in_what_people_count() {
+    fn times_are_given_in_units_for_people() {
         for (seconds, text) in
             [(1, "in 1 second"), (-90, "90 seconds ago"), (7_200, "in 2 hours"), (-864_000, "10 days ago")]
         {

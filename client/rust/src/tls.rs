@@ -193,7 +193,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_file_that_is_wrong_has_a_sentence_of_its_own() {
+    fn each_wrong_file_has_a_separate_sentence() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("cert"), "-----BEGIN CERTIFICATE-----\nAA==\n-----END CERTIFICATE-----\n").unwrap();

@@ -202,7 +202,7 @@ fn conditions_take_expressions_arguments_and_numbers() {
 }
 
 #[test]
-fn macros_have_defaults_blocks_and_names_of_their_own() {
+fn macros_have_defaults_blocks_and_local_names() {
     for (text, expected) in [
         (
             "<xacro:macro name='m' params='a b:=2 c=3'><x y='${a} ${b} ${c}'/></xacro:macro><xacro:m a='1' c='4'/>",

@@ -189,7 +189,7 @@ fn a_mistake_in_the_flags_is_one_sentence() {
 }
 
 #[test]
-fn a_flag_is_no_value_of_the_flag_before_it() {
+fn a_flag_is_not_a_value_of_the_flag_before_it() {
     let said = usage("--name --help");
     assert!(said.contains("--help") && said.contains("the value is missing"), "{said}");
     assert!(args("--gravity -1,0,-2").is_ok());

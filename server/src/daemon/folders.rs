@@ -96,7 +96,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn an_autosave_that_is_no_file_is_refused_at_once() {
+    fn an_autosave_that_is_not_a_file_is_refused_at_once() {
         let home = tempfile::tempdir().unwrap();
         let pipe = home.path().join("pipe");
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());

@@ -12,7 +12,7 @@ fn config() -> Config {
 }
 
 #[tokio::test]
-async fn a_daemon_starts_on_a_port_of_its_own_plays_and_drains() {
+async fn a_daemon_starts_on_a_free_port_plays_and_drains() {
     let running = start(config()).await.unwrap();
     assert_ne!(running.address.port(), 0);
     assert_eq!(running.handle.statistics().state, RunState::Playing);

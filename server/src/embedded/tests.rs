@@ -72,7 +72,7 @@ fn a_client_of_another_version_is_refused() {
 }
 
 #[test]
-fn a_call_ends_with_its_time_limit_or_where_its_caller_goes_on_no_longer() {
+fn a_call_ends_with_its_time_limit_or_if_its_caller_does_not_continue() {
     let world = world(|_| ());
     let request = v1::NextJointStatesRequest {
         after_sequence: u64::MAX,

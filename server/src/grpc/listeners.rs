@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_file_that_is_no_socket_of_this_daemon_stays() {
+    async fn a_file_that_is_not_a_socket_of_this_daemon_stays() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("simd.sock");
         let socket = UnixSocket::bind(&path).unwrap();

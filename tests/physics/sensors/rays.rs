@@ -118,7 +118,7 @@ fn a_lidar_of_several_lines_measures_the_ground() {
 /// `(n - 1 - i) / n` of 0.1 s before the sample, from the sensor's pose at that time. The range is (5 - x) /
 /// cos of the angle. Exact for straight motion and for rotation, since its twist in its own axes is constant.
 #[test]
-fn columns_of_a_rolling_scan_are_of_their_own_times() {
+fn columns_of_a_rolling_scan_have_different_times() {
     let (rate, reach, columns) = (10.0, 0.3, 5);
     for (linear, angular) in [(DVec3::new(2.0, 0.5, 0.0), 0.0), (DVec3::ZERO, 2.5)] {
         let mut world = world(1e-3);

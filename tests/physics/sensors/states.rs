@@ -192,7 +192,7 @@ fn samples_keep_their_rate_where_the_time_step_changes() {
 }
 
 #[test]
-fn a_reset_of_time_counts_samples_anew() {
+fn a_reset_of_time_counts_samples_again() {
     let mut world = flying(DVec3::ZERO, DVec3::ZERO);
     let imu = create("ball", "body", DPose3::IDENTITY, SensorKind::Imu);
     add(&mut world, CreateSensor { rate: Some(100.0), ..imu });

@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn one_state_has_no_rate_and_silence_is_said() {
+    fn one_state_has_no_rate_and_silence_is_reported() {
         let report = milliseconds(&[7], 3);
         assert_eq!((report.states, report.rate, report.min), (1, None, None));
         let mut intervals = Intervals::new("arm", 3);

@@ -151,7 +151,7 @@ fn the_root_bounds_the_search_and_the_package_map() {
 }
 
 #[test]
-fn a_folder_or_an_empty_name_is_no_file() {
+fn a_folder_or_an_empty_name_is_not_a_file() {
     let dir = tree(&["arm/urdf/arm.urdf", "arm/meshes.stl/a.stl"]);
     let locator = Locator::new(&dir.path().join("arm/urdf/arm.urdf"));
     assert!(locator.find("package://arm/meshes.stl").is_err());
@@ -159,7 +159,7 @@ fn a_folder_or_an_empty_name_is_no_file() {
 }
 
 #[test]
-fn a_file_is_found_from_the_packages_folder_too_and_that_is_said() {
+fn a_file_is_found_from_the_packages_folder_too_and_reported() {
     let dir =
         tree(&["arm/urdf/robots/arm.urdf", "arm/package.xml", "arm/meshes/a.stl", "arm/urdf/robots/b.stl"]);
     let locator = Locator::new(&dir.path().join("arm/urdf/robots/arm.urdf"));

@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_stays_with_its_daemon_and_goes_on_with_the_one_that_comes_after() {
+    fn a_client_stays_with_its_daemon_and_continues_with_the_one_that_comes_after() {
         let daemons = Daemons::default();
         assert_eq!(daemons.choose("lab"), Ok(None));
         put(&daemons, "lab", "a1");

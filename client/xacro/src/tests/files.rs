@@ -121,7 +121,7 @@ fn yaml_has_anchors_and_the_last_of_equal_keys_holds() {
 }
 
 #[test]
-fn yaml_that_names_itself_again_and_again_is_refused() {
+fn yaml_that_names_itself_repeatedly_is_refused() {
     let mut bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n".to_owned();
     for level in 1..30 {
         let alias = format!("*a{}", level - 1);
@@ -165,7 +165,7 @@ fn a_mistake_in_an_included_file_is_reported_with_that_file_and_line() {
 }
 
 #[test]
-fn an_include_may_have_a_namespace_of_its_own() {
+fn an_include_may_have_a_namespace() {
     let child = "<xacro:property name='tip' value='tool'/><xacro:macro name='m' params='n'>\
         <link name='${tip}_${n}'/></xacro:macro>";
     let top = "<xacro:property name='file' value='child.xacro'/><xacro:include filename='${file}' ns='child'/>\

@@ -336,7 +336,7 @@ fn convex_colliders_are_found_by_their_hash() {
 }
 
 #[test]
-fn a_plane_that_could_move_is_no_collider() {
+fn a_plane_that_could_move_is_not_a_collider() {
     let mut model = robot();
     model.links.truncate(1);
     model.joints.clear();

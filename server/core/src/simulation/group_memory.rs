@@ -167,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_of_one_number_have_memory_of_their_own_and_it_is_given_back() {
+    fn threads_of_one_number_have_separate_memory_and_give_it_back() {
         let mut memories = GroupMemories::default();
         memories.prepare(2);
         let place = |memory: &mut GroupMemory| std::ptr::from_mut(memory).addr();

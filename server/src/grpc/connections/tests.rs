@@ -128,7 +128,7 @@ async fn connections_without_calls_are_closed_first_then_the_longest_idle_and_no
 }
 
 #[tokio::test(start_paused = true)]
-async fn connections_of_http_1_have_shares_of_their_own() {
+async fn connections_of_http_1_have_separate_shares() {
     let mut coming = Coming::new();
     // 5 of 10, so that a peer has 2 of its 4, and others 3 of their 7.
     let held = Mutex::new(Vec::new());

@@ -125,7 +125,7 @@ async fn a_client_that_does_not_wait_gets_the_present_state() {
 }
 
 #[tokio::test]
-async fn a_refusal_says_why_at_once_and_the_stream_goes_on() {
+async fn a_refusal_says_why_at_once_and_the_stream_continues() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut controller = Controller::connect(&daemon).await;
     assert_eq!(target(&controller.ask(with_target(0.5)).await.states.unwrap()), 0.5);

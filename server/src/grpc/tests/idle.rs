@@ -60,7 +60,7 @@ async fn a_client_that_only_answers_pings_is_closed_with_a_goaway() {
 }
 
 #[tokio::test]
-async fn an_idle_client_goes_on_after_its_connection_was_closed() {
+async fn an_idle_client_continues_after_its_connection_was_closed() {
     let daemon = Daemon::start(RunState::Paused).await;
     daemon.simulation().get_physics(v1::GetPhysicsRequest {}).await.unwrap();
     tokio::time::pause();
@@ -140,7 +140,7 @@ async fn a_slow_body_of_http_1_ends_its_connection() {
 
 /// A controller may be silent for long, but not forever.
 #[tokio::test]
-async fn a_stream_of_requests_is_no_slow_body_but_has_a_limit_of_its_own() {
+async fn a_stream_of_requests_has_a_separate_limit_from_slow_bodies() {
     let limits = DaemonLimits { stream_silence: Duration::from_secs(1000), ..DaemonLimits::default() };
     let daemon = Daemon::start_with(RunState::Paused, limits).await;
     let (requests, receiver) = tokio::sync::mpsc::channel(1);

@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_period_is_no_excuse() {
+    fn a_long_period_is_not_an_excuse() {
         let due = Instant::now();
         let mut budget = CallBudget::default();
         assert!(budget.may_serve(due, 100.0));

@@ -293,7 +293,7 @@ mod tests {
 
     /// A newly allocated state is a copy, whose capacity is exactly its length.
     #[test]
-    fn robots_that_come_and_targets_that_are_set_have_nothing_allocated_anew() {
+    fn spawns_and_targets_reuse_allocated_memory() {
         const VALUES: usize = 100;
         let mut publisher = publisher();
         let mut held = Vec::new();

@@ -62,7 +62,7 @@ fn rates_are_those_between_two_answers() {
 }
 
 #[test]
-fn a_daemon_that_was_started_anew_has_no_negative_rates() {
+fn a_restarted_daemon_has_no_negative_rates() {
     let begin = Instant::now();
     let mut world = World::new("lab:1".into());
     world.answered(answer(begin, 0.0, 1_000_000, 10_000));

@@ -172,7 +172,7 @@ fn digests_are_64_hexadecimal_digits() {
 }
 
 #[test]
-fn a_push_needs_a_wrench_and_acts_at_the_links_origin_where_nothing_else_is_said() {
+fn a_wrench_must_not_be_empty_and_acts_at_the_links_origin_by_default() {
     let force = Some(v1::Vector3 { x: 1.0, y: 2.0, z: 3.0 });
     let request = v1::ApplyLinkWrenchRequest {
         robot: "arm".into(),

@@ -199,7 +199,7 @@ fn whatever_is_computed_while_it_is_interrupted_no_cost_comes_of_it() {
 }
 
 #[test]
-fn a_step_that_takes_long_is_interrupted_in_its_midst() {
+fn a_step_that_takes_long_is_interrupted_halfway() {
     /// Over once the first step has begun.
     struct Over(AtomicU64);
     impl Schedule for Over {

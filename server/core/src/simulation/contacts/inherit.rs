@@ -77,7 +77,7 @@ mod tests {
     use crate::dynamics::contact_point::{ContactPoint, Surface};
 
     #[test]
-    fn a_contact_goes_on_however_many_before_it_have_ended_and_a_new_one_takes_nothing() {
+    fn a_contact_continues_however_many_before_it_have_ended_and_a_new_one_takes_nothing() {
         let contact = |robot: usize, push: f64| {
             let point = ContactPoint {
                 colliders: [0; 2],

@@ -153,7 +153,7 @@ fn sim_time_is_exact_after_a_million_steps() {
 }
 
 #[test]
-fn a_robot_whose_state_is_not_finite_is_put_back_and_the_others_go_on() {
+fn a_robot_whose_state_is_not_finite_is_put_back_and_the_others_continue() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
     run(&mut world, 0.1);

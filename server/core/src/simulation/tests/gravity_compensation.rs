@@ -117,7 +117,7 @@ fn efforts_and_passive_joints_are_what_they_are_and_a_limit_holds() {
 }
 
 #[test]
-fn it_is_saved_and_goes_on_to_the_bit() {
+fn it_is_saved_and_continues_to_the_bit() {
     let mut world = weak(slide_and_two_links(|_| {}), &["slide", "elbow"]);
     go(&mut world, &TARGETS.map(|(joint, at)| (joint, position(at))));
     run(&mut world, 0.3);

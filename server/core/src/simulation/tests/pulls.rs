@@ -53,7 +53,7 @@ fn a_pulled_point_comes_to_its_target_without_swinging() {
 }
 
 #[test]
-fn a_pull_ends_by_itself_and_is_renewed_by_the_next_one() {
+fn a_pull_ends_automatically_and_is_renewed_by_the_next_one() {
     let mut world = weightless_arm(1e-3);
     world.apply(&Command::PullLink(LinkPull { duration: Some(0.01), ..pull() })).unwrap();
     run(&mut world, 0.005);

@@ -234,7 +234,7 @@ fn sensors_of_a_description_come_and_go_with_their_robot() {
 }
 
 #[test]
-fn a_reload_makes_described_sensors_anew_and_keeps_those_of_clients_that_have_a_place() {
+fn a_reload_creates_described_sensors_again_and_keeps_those_of_clients_that_have_a_place() {
     let mut world = world_with(1e-3, spawn("arm", arm_with_sensors(&["old", "both"])));
     create(&mut world, imu("kept", "arm")).unwrap();
     create(&mut world, imu("clash", "arm")).unwrap();

@@ -196,7 +196,7 @@ fn one_that_is_cancelled_stops_where_it_is() {
 
 /// The new one begins at the old one's position and velocity: no position jumps.
 #[test]
-fn a_new_one_goes_on_from_where_the_old_one_has_got_to_at_once_or_later() {
+fn a_new_trajectory_continues_from_the_old_one_at_once_or_later() {
     for (begin, at) in [(Begin::Now, 500), (Begin::After(0.2), 700)] {
         let mut world = armed();
         let old = follow(&mut world, both(vec![smooth(1.0, &[0.8, -1.2])]));
@@ -313,7 +313,7 @@ fn a_claim_keeps_others_from_its_joints_and_ends_what_they_carry_out_with_it() {
 }
 
 #[test]
-fn a_state_in_the_middle_goes_on_to_the_bit() {
+fn a_state_in_the_middle_continues_to_the_bit() {
     let mut world = armed();
     follow(&mut world, both(vec![smooth(0.6, &[0.8, -1.2]), point(1.0, &[0.0, 0.0])]));
     follow(&mut world, FollowTrajectory { begin: Begin::Queued, ..shoulder(vec![smooth(0.3, &[0.4])]) });

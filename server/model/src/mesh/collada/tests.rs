@@ -228,7 +228,7 @@ fn nodes_that_double_at_each_level_are_refused() {
 }
 
 #[test]
-fn a_long_array_that_is_read_again_and_again_is_refused() {
+fn a_long_array_that_is_read_repeatedly_is_refused() {
     let array = "0 ".repeat(400_000);
     let source = format!("<source id=\"s\"><float_array id=\"a\">{array}</float_array></source>");
     let mut libraries = format!("<geometry>{source}</geometry>");

@@ -26,7 +26,7 @@ fn names(translation: &Translation) -> Vec<&str> {
 }
 
 #[test]
-fn a_body_is_attached_with_a_prefix_and_the_settings_of_its_own_file() {
+fn a_body_is_attached_with_a_prefix_and_the_settings_of_its_file() {
     let text = main_file(
         "<frame pos='3 0 0'><attach model='leg' body='hip' prefix='left_'/></frame>\
          <body name='hip'><freejoint/><geom size='1'/></body>",

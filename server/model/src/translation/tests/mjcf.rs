@@ -46,7 +46,7 @@ fn several_joints_of_a_body_are_a_chain_of_links_without_mass_about_their_anchor
 }
 
 #[test]
-fn free_bodies_and_what_stands_still_are_robots_of_their_own() {
+fn free_bodies_and_static_ones_are_separate_robots() {
     let text = mjcf(
         "",
         "<geom name='floor' type='plane' size='5 5 1'/><body name='table' pos='0 0 1'><geom type='box' size='1 1 0.1'/></body>\

@@ -42,7 +42,7 @@ fn links_stand_where_their_poses_say_whatever_they_are_relative_to() {
 }
 
 #[test]
-fn a_model_that_is_not_disabled_by_itself_stays_awake() {
+fn a_model_without_auto_disable_stays_awake() {
     let of = |says: &str| robot(&sdf(&format!("{says}<link name='a'>{INERTIAL}</link>"))).0.setup.stays_awake;
     assert!(of("<allow_auto_disable>false</allow_auto_disable>"));
     assert!(of("<allow_auto_disable>0</allow_auto_disable>"));
@@ -84,7 +84,7 @@ fn a_joint_on_the_world_makes_a_robot_that_stands_on_it() {
 }
 
 #[test]
-fn several_models_and_links_that_nothing_joins_are_robots_with_names_of_their_own() {
+fn several_models_and_unjoined_links_are_robots_with_separate_names() {
     let text = format!(
         "<sdf version='1.6'><world name='w'><light name='l'/><physics type='ode'><max_step_size>0.001</max_step_size></physics>\
          <model name='box'><static>true</static><link name='l'><collision name='c'><geometry><box><size>1 2 3</size></box>\

@@ -50,7 +50,7 @@ fn a_turned_inertial_frame_turns_the_tensor_into_the_links_axes() {
 }
 
 #[test]
-fn rounding_noise_is_no_warning() {
+fn rounding_noise_is_not_a_warning() {
     // A flat plate in five digits, and products of 1e-19.
     let inertia =
         "<inertia ixx='0.0012346' ixy='3.1E-19' ixz='-1E-21' iyy='0.0023456' iyz='0' izz='0.0035803'/>";
@@ -166,7 +166,7 @@ fn a_moving_end_without_any_mass_is_warned_of_but_not_a_massless_link_between() 
 }
 
 #[test]
-fn a_root_without_mass_is_no_warning_and_gets_one_for_when_it_is_free() {
+fn a_root_without_mass_causes_no_warning_and_gets_a_mass_for_a_free_base() {
     let (model, report) = robot(&format!("<robot name='r'><link name='crate'>{BOX}</link></robot>"));
     assert!((model.links[0].inertial.mass - 48_000.0).abs() < 1e-6);
     assert_eq!(warnings(&report), [""; 0]);

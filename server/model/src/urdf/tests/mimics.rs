@@ -94,7 +94,7 @@ fn a_scale_multiplies_shapes() {
 }
 
 #[test]
-fn a_scale_that_is_no_size_is_refused() {
+fn a_scale_that_is_not_a_size_is_refused() {
     for scale in [0.0, -1.0, f64::NAN, f64::INFINITY, 1001.0] {
         let options = ReadOptions { scale, ..ReadOptions::default() };
         let urdf = one_joint("fixed", "");

@@ -153,7 +153,7 @@ fn frames_and_directions_of_force_torque_sensors_are_read() {
 }
 
 #[test]
-fn cameras_are_read_and_what_draws_them_is_said() {
+fn cameras_are_read_and_the_report_names_the_renderer() {
     let (read, report) = sensors(
         "<gazebo reference='arm'><sensor name='eye' type='depth_camera'><camera><horizontal_fov>1.2</horizontal_fov>\
          <image><width>640</width><height>480</height></image><clip><near>0.2</near><far>8</far></clip></camera></sensor></gazebo>",

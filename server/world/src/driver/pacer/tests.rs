@@ -106,7 +106,7 @@ fn lag_is_reported_at_once_and_then_once_a_second() {
 }
 
 #[test]
-fn a_pause_is_no_lag() {
+fn a_pause_is_not_a_lag() {
     let start = Instant::now();
     let mut pacer = Pacer::new(Some(1e-3), LIMIT, start);
     let played = start + Duration::from_secs(3600);

@@ -171,7 +171,7 @@ fn each_sensor_has_its_part_of_an_answer_and_the_rest_comes_with_the_next() {
 }
 
 #[test]
-fn a_sensor_that_is_made_anew_goes_on_beyond_the_numbers_of_the_one_before() {
+fn a_sensor_that_is_created_again_continues_the_numbers_of_the_earlier_one() {
     let mut bench = Bench::new(&[7]);
     (1..=5).for_each(|step| bench.step(&[7], step));
     let (_, _, after) = bench.after(7, 0);

@@ -18,7 +18,7 @@ fn delete(name: &str) -> Command {
 }
 
 #[test]
-fn a_pause_in_the_midst_of_a_step_puts_the_step_back() {
+fn a_pause_within_a_step_puts_the_step_back() {
     let (answered, answer) = std::sync::mpsc::channel();
     let mut bench = with_long_steps(move |mailbox, interrupt| {
         assert!(!interrupt());

@@ -151,7 +151,7 @@ async fn work_is_done_although_its_caller_goes_away() {
 }
 
 #[tokio::test]
-async fn a_refusal_is_an_answer_and_one_that_passes_by_itself_is_none() {
+async fn a_refusal_is_an_answer_unless_it_is_transient() {
     let answers = AnswerCache::new(&DaemonLimits::default());
     let refuse =
         |is_transient| async move { Outcome { bytes: Err(Bytes::from_static(b"no")), is_transient } };

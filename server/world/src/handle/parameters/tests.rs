@@ -42,7 +42,7 @@ async fn sliders_are_moved_and_buttons_count_their_presses() {
 }
 
 #[tokio::test]
-async fn each_change_has_a_version_and_what_is_no_change_has_none() {
+async fn each_change_has_a_version_and_calls_without_a_change_have_none() {
     let handle = paused();
     assert_eq!(handle.parameters().version, 1);
     handle.add_parameter("speed", slider(0.0, 2.0, 1.0), NameTaken::Refuse).unwrap();

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slice_ends_in_the_midst_of_a_batch_and_the_next_one_goes_on_with_it() {
+    fn a_slice_ends_within_a_batch_and_the_next_one_continues_with_it() {
         let job = job(10, 5);
         let mut slices = 0;
         // Each slice is over at once, and makes one step of a copy.

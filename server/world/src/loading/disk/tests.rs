@@ -94,7 +94,7 @@ fn a_file_beyond_the_limit_is_not_read() {
 }
 
 #[test]
-fn a_root_that_is_no_folder_is_named() {
+fn a_root_that_is_not_a_folder_is_named() {
     let (dir, _roots) = disk();
     let missing = dir.path().join("none");
     assert_eq!(Roots::new(std::slice::from_ref(&missing)).unwrap_err().0, missing);

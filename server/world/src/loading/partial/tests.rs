@@ -20,7 +20,7 @@ fn parts_in_order_make_a_file() {
 }
 
 #[test]
-fn part_zero_begins_anew_and_a_repeated_part_changes_nothing() {
+fn part_zero_restarts_an_upload_and_a_repeated_part_changes_nothing() {
     let (mut partials, now) = (Partials::new(&DaemonLimits::default()), Instant::now());
     partials.append(hash(0), 6, 0, b"abcd", now).unwrap();
     assert_eq!(partials.append(hash(0), 6, 0, b"ab", now).unwrap(), Progress::Received(4));

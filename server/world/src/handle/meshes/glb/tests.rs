@@ -151,7 +151,7 @@ fn far_away_and_tiny_is_written_too() {
 }
 
 #[test]
-fn each_colour_is_a_part_of_its_own() {
+fn each_colour_is_a_separate_part() {
     let red = Some([1.0, 0.0, 0.5]);
     let paint = |first, color| Paint::plain(first, color);
     let painted = MeshAsset { paints: vec![paint(2, red), paint(4, None), paint(6, red)], ..cube() };
