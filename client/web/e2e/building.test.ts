@@ -57,7 +57,7 @@ test("a shape is added by a form, and undone and redone by keys", async () => {
   await expect.poll(() => names(daemon)).toEqual(["drum"]);
 });
 
-test("undo leaves a robot alone that another client has called the same since", async () => {
+test("undo does not touch another client's robot with the same name", async () => {
   const daemon = await paused();
   const tab = await Tab.open(await use.context(), daemon.url);
   await open(tab, "build-add");
@@ -191,7 +191,7 @@ test("an error in a xacro is reported with its file and line", async () => {
   await rm(folder, { recursive: true });
 });
 
-test("a robot is moved by its handles and by numbers, and goes back", async () => {
+test("a robot is moved by its handles and by numbers, and returns by undo", async () => {
   const daemon = await paused();
   await redBox(daemon, "crate");
   const tab = await Tab.open(await use.context(), daemon.url);

@@ -87,7 +87,7 @@ test("presets look from a side, and an orthographic picture has no vanishing poi
   await tab.picture("orthographic-top");
 });
 
-test("the camera goes along with the robot that it follows", async () => {
+test("the camera moves with the robot that it follows", async () => {
   await daemon.simulation.setPhysics({ gravity: { x: 0, y: 0, z: 0 } });
   const ball = { geometry: { case: "sphere", value: { radius: 0.1 } } } as const;
   const put = (x: number, z: number) => ({ pose: { position: { x, y: 0, z }, orientation: { x: 0, y: 0, z: 0, w: 1 } } });
@@ -109,7 +109,7 @@ test("the camera goes along with the robot that it follows", async () => {
   (await go(9, 9)).forEach((value, index) => expect(value).toBeCloseTo(left[index] ?? Number.NaN, 6));
 });
 
-test("a picture is saved at the size that is asked for", async () => {
+test("a picture is saved at the requested size", async () => {
   const tab = await Tab.open(await use.context({ acceptDownloads: true }), daemon.url);
   await tab.page.keyboard.press("s");
   await tab.page.getByTestId("picture-width").fill("1000");

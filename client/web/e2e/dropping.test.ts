@@ -90,7 +90,7 @@ test("files without a description, a zip that is none, and one that would fill t
   expect(await names()).toEqual([]);
 });
 
-test("a file is chosen beside a folder", async () => {
+test("a file is chosen next to a folder", async () => {
   expect(await tab.page.getByTestId("empty-world").textContent()).toContain("Choose a file");
   const [chooser] = await Promise.all([tab.page.waitForEvent("filechooser"), tab.page.getByTestId("open-file").first().click()]);
   await chooser.setFiles(await write("one.urdf", urdf("one", 2)));

@@ -138,7 +138,7 @@ test("a video of steps is saved when the daemon is lost", async () => {
   await tab.page.getByTestId("film-note").waitFor({ state: "detached" });
 });
 
-test("a video of steps is saved as far as it goes where the encoder fails", async () => {
+test("a video of steps is saved up to a failure of the encoder", async () => {
   const daemon = await paused();
   const context = await use.context(SMALL);
   await context.addInitScript(() => {

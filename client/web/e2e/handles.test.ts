@@ -35,7 +35,7 @@ async function place(tab: Tab): Promise<void> {
   await tab.page.getByTestId("place-card").waitFor();
 }
 
-test("the base of a robot is turned about one axis by its ring, and goes back", async () => {
+test("the base of a robot is turned about one axis by its ring, and returns by undo", async () => {
   const daemon = await use.daemon(Daemon.start(["--paused", "--gravity", "0,0,0"]));
   const primitive = { geometry: { case: "box", value: { size: { x: 0.4, y: 0.4, z: 0.4 } } }, mass: 1 } as const;
   await daemon.entities.spawnEntity({ name: "crate", base: Base.FREE, pose: { position: { x: 0, y: 0, z: 0.5 } }, source: { source: { case: "primitive", value: primitive } } });

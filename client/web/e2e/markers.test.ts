@@ -17,7 +17,7 @@ function rounded(points: number[][] | undefined): number[][] | undefined {
 
 const RED = { red: 1, green: 0.1, blue: 0, alpha: 1 };
 
-test("lines, points and texts are drawn where they are, move with their link, and go", async () => {
+test("lines, points and texts are drawn at their places, move with their link, and disappear", async () => {
   const daemon = await use.daemon(Daemon.start(["--paused"]));
   const sphere = { geometry: { case: "sphere", value: { radius: 0.1 } }, mass: 1 } as const;
   await daemon.entities.spawnEntity({ name: "ball", base: Base.FIXED, pose: { position: { x: 0, y: 0, z: 0.5 } }, source: { source: { case: "primitive", value: sphere } } });

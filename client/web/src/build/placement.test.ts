@@ -49,7 +49,7 @@ const upright: Pose = [1, 2, 3, 0, 0, 0, 1];
 /** z along the world's x. */
 const lying: Pose = [0, 0, 0, 0, half, 0, half];
 
-test("a turn is about the z of where it began", () => {
+test("a turn is about the z axis at its start", () => {
   const about = (angle: number): Pose => [1, 2, 3, 0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
   for (const angle of [0, 0.3, -1.2, 3]) expect(turnAbout(upright, about(angle))).toBeCloseTo(angle, 12);
   // The quaternion of the other sign is the same turn.
@@ -57,12 +57,12 @@ test("a turn is about the z of where it began", () => {
   expect(turnAbout(upright, [x, y, z, -a, -b, -c, -d])).toBeCloseTo(0.3, 12);
 });
 
-test("a slide is along the z of where it began", () => {
+test("a slide is along the z axis at its start", () => {
   expect(slideAlong(upright, [1.5, 2.5, 3.25, 0, 0, 0, 1])).toBeCloseTo(0.25, 12);
   expect(slideAlong(lying, [0.5, 7, 9, 0, half, 0, half])).toBeCloseTo(0.5, 12);
 });
 
-test("a joint that was moved goes back and there again, though no state has come in between", async () => {
+test("undo and redo move a joint, even if no state has arrived in between", async () => {
   const axis = { key: "arm/elbow", robot: "arm", joint: "elbow", axis: 0, label: "elbow", kind: "angle", positionIndex: 0, velocityIndex: 0, actuated: true };
   robots.value = [{ name: "arm", axes: [axis] } as unknown as Robot];
   // The page's last state and world are older than the daemon's.
@@ -83,7 +83,7 @@ test("a joint that was moved goes back and there again, though no state has come
   expect(resets.map((position) => Number(position.toFixed(9)))).toEqual([0.875]);
 });
 
-test("a robot that was dragged goes back to where the daemon had it, and not to where the page drew it", async () => {
+test("undo returns a dragged robot to the daemon's pose, not to the drawn one", async () => {
   place = 0.5;
   const at = (x: number): Pose => [x, 0, 0, 0, 0, 0, 1];
   const drag = placed({ robot: "arm" });

@@ -31,7 +31,7 @@ test("the other two keep their targets", () => {
   expect(target?.values).toEqual(close(0, -0.4, 0.5));
 });
 
-test("in a new mode the other two go on as they are, so that nothing jerks", () => {
+test("in a new mode the other two targets keep their values, so that nothing jerks", () => {
   const [target] = new BallTargets().of([{ axis: axis(0), mode: "velocity", value: 7 }], state("position"), 0);
   expect(target).toMatchObject({ mode: "velocity", values: [7, 2, 3] });
 });

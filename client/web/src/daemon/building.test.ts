@@ -110,7 +110,7 @@ test("a removal is redone of the robot that its undo has brought back, and of no
   expect(said()[0]).toContain("Another robot now has the name crate");
 });
 
-test("a double is as this page asked for the robot, or of its own description where another has its name", async () => {
+test("a duplicate is as this page requested the robot, or from its description if another robot has its name", async () => {
   await bringIn(crate);
   await duplicate("crate");
   expect(spawned.at(-1)?.scale).toBe(3);
@@ -137,7 +137,7 @@ test("a robot that is removed right after a change comes back as the daemon had 
   expect(spawned.at(-1)?.jointPositions).toEqual({ elbow: 0.5 });
 });
 
-test("an undo that is asked for before the daemon has answered takes back the change that is under way", async () => {
+test("an undo before the daemon's answer takes back the pending change", async () => {
   await bringIn({ ...crate, name: "first" });
   const brought = bringIn({ ...crate, name: "second" });
   await Promise.all([brought, undo()]);
@@ -173,7 +173,7 @@ test("scenery does not take the place of a robot with joints in the panel, and a
   robots.value = [];
 });
 
-test("moves within a second are one change, which goes back to before the first", async () => {
+test("moves within a second are one change, whose undo returns to before the first", async () => {
   put("crate");
   for (const x of [1, 2, 3]) {
     await moveTo("crate", [x, 0, 0, 0, 0, 0, 1]);

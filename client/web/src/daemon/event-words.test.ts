@@ -6,7 +6,7 @@ import { wordsOf } from "./event-words";
 
 const UNKNOWN = "does not know";
 
-test("every event of the schema has words of its own", () => {
+test("every event of the schema has a separate text", () => {
   const kinds = EventSchema.oneofs[0]?.fields ?? [];
   expect(kinds.length).toBeGreaterThanOrEqual(17);
   const texts = kinds.map((field) => {
@@ -19,7 +19,7 @@ test("every event of the schema has words of its own", () => {
   expect(new Set(texts).size).toBe(texts.length);
 });
 
-test("an event that is not known is said to be one", () => {
+test("an unknown event is shown as unknown", () => {
   const bytes = toBinary(EventSchema, create(EventSchema, { sequence: 3n }));
   // Field 4000, a message of two bytes.
   const newer = Uint8Array.from([...bytes, 0x82, 0xfa, 0x01, 2, 8, 1]);

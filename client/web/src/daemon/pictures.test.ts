@@ -15,7 +15,7 @@ const packed = (data: Uint8Array) => ({ compression: PlaneCompression.ZLIB, data
 const words = (...values: number[]) => new Uint8Array(new Uint32Array(values).buffer);
 const metres = (...values: number[]) => new Uint8Array(new Float32Array(values).buffer);
 
-test("colours are shown as they are, packed or not", async () => {
+test("colours are shown unchanged, packed or not", async () => {
   for (const plane of [raw, packed]) {
     const color = plane(new Uint8Array([1, 2, 3, 4, 5, 6]));
     const shown = await shownOf(create(CameraPictureSchema, { ...SIZE, color, stamp: { simTime: 1.5 } }));
@@ -29,7 +29,7 @@ test("near surfaces are light, and the background is black", async () => {
   expect([...shown.pixels]).toEqual([191, 191, 191, 255, 0, 0, 0, 255]);
 });
 
-test("links have colours of their own, and nothing is white", async () => {
+test("links have different colours, and nothing is white", async () => {
   const { pixels } = await shownOf(create(CameraPictureSchema, { width: 3, height: 1, segmentation: raw(words(0, 1, 2)) }));
   const [none, one, other] = [0, 4, 8].map((at) => [...pixels.slice(at, at + 3)].join(" "));
   expect(none).toBe("255 255 255");
@@ -73,7 +73,7 @@ test("a hidden page and one whose daemon is lost ask for no pictures", async () 
   end();
 });
 
-test("a picture is passed on once, and so is why there is none", async () => {
+test("a picture, or the reason for its absence, is passed on once", async () => {
   let sequence = 1n;
   let refused = false;
   const transport = createRouterTransport(({ service }) => {

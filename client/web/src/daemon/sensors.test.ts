@@ -4,7 +4,7 @@ import { expect, test } from "vitest";
 import { SensorInfoSchema, SensorReadingSchema, SensorReadingsSchema, SensorSchema } from "../gen/simd/v1/sensor_pb";
 import { measurementOf, readingsOf, sensorOf } from "./sensors";
 
-test("every kind of sensor of the schema has a name of its own, and every measurement one too", () => {
+test("every kind of sensor and every measurement of the schema has a separate name", () => {
   const kinds = SensorSchema.oneofs[0]?.fields ?? [];
   const names = kinds.map((field) => {
     const kind = { case: field.localName, value: create(field.message ?? SensorSchema) };

@@ -139,7 +139,7 @@ test("a page whose token is a viewer's reports nothing", async () => {
   expect(reports).toEqual([]);
 });
 
-test("a daemon without markers is asked no more often than an idle one", async () => {
+test("a daemon without markers is polled no more often than an idle one", async () => {
   const old = createRouterTransport(({ service }) => {
     service(ViewService, {
       nextView: (request) => {

@@ -46,7 +46,7 @@ for (const each of ofPages) {
   });
 }
 
-test("files that were dropped without a folder are found beside the urdf", () => {
+test("files that were dropped without a folder are found next to the urdf", () => {
   const locator = new Locator(treeOf({ "arm.urdf": "", "a.stl": "" }), `${MOUNT}/arm.urdf`);
   expect(locator.find("a.stl")).toEqual({ path: `${MOUNT}/a.stl` });
 });

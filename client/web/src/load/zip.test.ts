@@ -17,7 +17,7 @@ test("files are unpacked as they were packed", async () => {
   expect(await files[1]?.file.text()).toBe("stored");
 });
 
-test("a zip without a folder of its own is one, as packages are found by the names of folders", async () => {
+test("a zip without a top folder becomes one, since packages are found by the names of folders", async () => {
   expect(await paths("urdf/a.urdf", "meshes/a.stl")).toEqual(["arm/urdf/a.urdf", "arm/meshes/a.stl"]);
   expect(await paths("other/a.urdf", "other/a.stl")).toEqual(["other/a.urdf", "other/a.stl"]);
 });

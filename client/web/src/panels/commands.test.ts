@@ -5,7 +5,7 @@ import { exampleOf, loadCommand, pythonProgram, type Reached } from "./commands"
 
 const near: Reached = { host: "127.0.0.1:7400", isTls: false, asksToken: false };
 
-test("the line names the daemon only where simctl would not find it by itself", () => {
+test("the line names the daemon only if simctl would not find it", () => {
   expect(loadCommand(near)).toBe("simctl robot load path/to/robot.urdf");
   expect(loadCommand({ ...near, host: "lab:7410" })).toBe("simctl robot load path/to/robot.urdf --endpoint lab:7410");
   expect(loadCommand({ ...near, host: "lab" })).toContain("--endpoint lab:80");
@@ -26,7 +26,7 @@ test("a program connects to the daemon of the page and to no other", () => {
   );
 });
 
-test("a program moves a joint of the robot that the page shows, to where it can go", () => {
+test("a program moves a joint of the shown robot to a reachable position", () => {
   const axis = (joint: string, more: Partial<Axis>): Partial<Axis> => ({ joint, axis: 0, actuated: true, kind: "angle", ...more });
   const robot = (...axes: Partial<Axis>[]): Robot => ({ name: 'arm "1"', axes }) as unknown as Robot;
   expect(pythonProgram(near, exampleOf(robot(axis("follower", { actuated: false }), axis("elbow", { upper: 0.25 }))))).toContain(

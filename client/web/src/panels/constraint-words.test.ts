@@ -18,7 +18,7 @@ const WELD: Constraint = {
   saturated: false,
 };
 
-test("that only the first 400 are drawn is said where there are more", () => {
+test("a note says that only the first 400 are drawn if there are more", () => {
   expect(undrawn(400)).toBe("");
   expect(undrawn(401)).toBe("Only the first 400 of these 401 are drawn.");
 });

@@ -30,7 +30,7 @@ test("a first word that all names share is not a heading", () => {
   expect(Object.keys(shown(names))).toEqual(["left", "right"]);
 });
 
-test("names that share nothing stay as they are", () => {
+test("names that share nothing stay unchanged", () => {
   const names = Array.from({ length: 12 }, (_, index) => String.fromCharCode(97 + index));
   expect(shown(names)).toEqual({ "": names });
 });

@@ -16,7 +16,7 @@ test("joiners within words of scripts that have them are spelling, and elsewhere
   expect(printable("ar\u200dm \u200c\u0645")).toBe("ar\\u{200d}m \\u{200c}\u0645");
 });
 
-test("each element has printable text and labels, and a component its properties as they are", () => {
+test("each element has printable text and labels, and a component unchanged properties", () => {
   escapeHiddenCharacters();
   const name = "a\u202eb";
   const element = h("span", { title: name, "data-robot": name }, "robot ", name, h("b", null, name), [name], 3, null);

@@ -12,7 +12,7 @@ test("a number without a unit is in the unit that is shown", () => {
   expect(parse("0.5", "length", "position", metre)).toBe(0.5);
 });
 
-test("a typed unit holds whatever is shown", () => {
+test("a typed unit counts, whatever unit is shown", () => {
   for (const [text, value] of [
     ["90 deg", Math.PI / 2],
     ["90°", Math.PI / 2],
@@ -36,7 +36,7 @@ test("a typed unit holds whatever is shown", () => {
   expect(parse("3N", "length", "effort", metre)).toBe(3);
 });
 
-test("parts of pi are radians, also where degrees are shown", () => {
+test("parts of pi are radians, even if degrees are shown", () => {
   for (const [text, value] of [
     ["pi", Math.PI],
     ["-pi/2", -Math.PI / 2],
@@ -113,10 +113,10 @@ test("formatted values parse to themselves", () => {
   }
 });
 
-test("three digits count where there are no fixed places", () => {
+test("three digits count if there are no fixed places", () => {
   expect([4.2134, 0.12345, 1234.5, NaN].map(shortened)).toEqual(["4.21", "0.123", "1230", "–"]);
 });
 
-test("forces have three significant digits, also where the last is zero", () => {
+test("forces have three significant digits, even if the last is zero", () => {
   expect([4.912, 4.9, 0.05, 9.996, 49.04, 12345, 0].map(threeDigits)).toEqual(["4.91", "4.90", "0.0500", "10.0", "49.0", "12300", "0.00"]);
 });

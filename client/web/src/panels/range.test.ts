@@ -44,7 +44,7 @@ test("an arrow key moves by a round number in the unit that is shown", () => {
   expect(niceStep(0)).toBe(0.01);
 });
 
-test("a joint that turns without end is shown on its turn, which changes only where it leaves it", () => {
+test("a continuous joint is shown on its present turn, which changes only when the joint leaves it", () => {
   const first = rangeOf(axis, "position");
   expect(turned(first, Math.PI, first)).toBe(first);
   const next = turned(first, 4, first);

@@ -8,7 +8,7 @@ test("the title has the robot, the world and the program, each once", () => {
   expect(titleOf("arm", "simd")).toBe("arm · simd");
 });
 
-test("names of any script stay as they are, and hidden characters are shown", () => {
+test("names of any script stay unchanged, and hidden characters are shown", () => {
   expect(titleOf("Рука机器人🤖", "")).toBe("Рука机器人🤖 · simd");
   expect(titleOf("a\u202eb", "")).toBe("a\\u{202e}b · simd");
 });

@@ -20,7 +20,7 @@ test("a joint on its way, and one that has arrived, are held by nothing", () => 
   expect(whatHolds({ ...free, world: "paused", mode: "passive" })).toBeUndefined();
 });
 
-test("a paused world, a limit and a saturated actuator are said with their numbers", () => {
+test("a paused world, a limit and a saturated actuator are shown with their numbers", () => {
   expect(whatHolds({ ...free, world: "paused" })?.word).toBe("paused");
   expect(whatHolds({ ...free, world: "stopped", mode: "velocity" })?.word).toBe("stopped");
   expect(whatHolds({ ...free, flags: 4 })).toEqual({ word: "at limit", sentence: "It is at its upper limit, 1 rad" });

@@ -51,7 +51,7 @@ test("a reset clears the recording, even if time did not go back", () => {
   expect([...recording.times()]).toEqual([0.2]);
 });
 
-test("a robot that is gone leaves no figures of its own", () => {
+test("a deleted robot leaves no figures", () => {
   addPlot("arm/j0");
   show(0);
   robots.value = [];
@@ -67,7 +67,7 @@ test("no two plotted joints have one colour, and the oldest makes room", () => {
   expect(plotted.value.has("arm/j9")).toBe(true);
 });
 
-test("the file has units in its header, and no target where nothing drives the joint", () => {
+test("the file has units in its header, and no target if nothing drives the joint", () => {
   addPlot("arm/j1");
   show(0);
   show(0.5, "passive");

@@ -9,7 +9,7 @@ function recorded(seconds: number, rate: number, span = 60, most = 40_000): Samp
   return samples;
 }
 
-test("the last span is kept, and the values beside their times", () => {
+test("the last span is kept, with each value next to its time", () => {
   const samples = recorded(100, 60);
   expect(samples.last).toBe(100);
   expect(samples.times()[0]).toBeCloseTo(40, 9);
@@ -50,7 +50,7 @@ test("a column that comes later has no values before", () => {
   expect(samples.column("b").every((value) => !Number.isNaN(value))).toBe(true);
 });
 
-test("a copy stays as it was", () => {
+test("a copy stays unchanged", () => {
   const samples = recorded(1, 10);
   const copy = samples.copy();
   samples.push(5, () => 1);

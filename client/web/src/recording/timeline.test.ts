@@ -52,7 +52,7 @@ test("chunks that end within a state, and one for all, are the same", async () =
   await check(await open(await recording({ states: 20, chunkSize: 1 << 20 })), 20);
 }, LONG);
 
-test("a file that was not completed is read as far as it goes, wherever it ends", async () => {
+test("an incomplete file is read up to its end, wherever it is", async () => {
   const whole = await recording({ end: false });
   const { chunks } = await McapFile.open(source(whole));
   expect(chunks.length).toBeGreaterThan(8);
@@ -73,7 +73,7 @@ test("a file that was not completed is read as far as it goes, wherever it ends"
   expect(timeline.count).toBeGreaterThan(30);
 }, LONG);
 
-test("a flipped byte costs its chunk at most, and is said", async () => {
+test("a flipped byte costs at most its chunk, and is reported", async () => {
   const whole = await recording({ states: 60 });
   const { chunks } = await McapFile.open(source(whole));
   const chunk = chunks[3];

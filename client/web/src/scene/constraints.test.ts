@@ -33,7 +33,7 @@ function drawn(constraints: readonly Constraint[]): ReturnType<ConstraintMarks["
   return found;
 }
 
-test("a weld is a line and an arrow for its force, whatever its torque", () => {
+test("a weld is a line and an arrow for its force, with any torque", () => {
   expect(drawn([of("weld", { force: [0, 0, 5], torque: [0, 5, 0] })])).toEqual({ lines: 1, shafts: 1, heads: 1 });
   expect(drawn([of("weld", { torque: [0, 5, 0] })])).toEqual({ lines: 1, shafts: 0, heads: 0 });
 });

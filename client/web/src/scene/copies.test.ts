@@ -43,7 +43,7 @@ function drawn(hasShadows = false): number[] {
 
 const isCopied = ({ layers }: Object3D): boolean => layers.mask === 1 << COPIED;
 
-test("equal meshes are drawn by one call where they are, and few ones each by itself", () => {
+test("equal meshes are drawn by one call at their places, and few ones separately", () => {
   const all = [0, 1, 2].map((x) => add(x));
   expect(drawn()).toEqual([]);
   all.push(add(3));
@@ -70,7 +70,7 @@ test("a mesh that gets another material or is hidden is drawn no longer as a cop
   expect(drawn()).toEqual([0, 1, 2, 3, 4]);
 });
 
-test("transparent meshes are drawn each by itself: their order counts", () => {
+test("transparent meshes are drawn separately: their order counts", () => {
   const glass = new MeshBasicMaterial({ transparent: true, opacity: 0.5 });
   const all = [0, 1, 2, 3].map((x) => add(x, 0, glass));
   expect(drawn()).toEqual([]);

@@ -27,7 +27,7 @@ test("frames that draw nothing, pauses and a hidden tab say nothing", () => {
   expect(times.isSlow()).toBe(false);
 });
 
-test("there is time to draw more where most pictures come fast, and it was too much where they do not any more", () => {
+test("more is drawn if most pictures come fast, and less if they no longer do", () => {
   expect([after(() => 16).isFast(), after(() => 16).isLate()]).toEqual([true, false]);
   expect([after((n) => (n % 4 === 0 ? 300 : 16)).isFast(), after(() => 22).isFast(), after(() => 22).isLate()]).toEqual([true, false, false]);
   expect([after(() => 33).isFast(), after(() => 33).isLate(), after(() => 33).isSlow()]).toEqual([false, true, false]);

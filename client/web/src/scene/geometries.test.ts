@@ -51,7 +51,7 @@ test("equal primitives share their triangles until the last user releases them",
   expect(shared.acquire(box).made).not.toBe(first.made);
 });
 
-test("round primitives have fewer sides where their edge is off by less than half a pixel", () => {
+test("round primitives have fewer sides if their edge is off by less than half a pixel", () => {
   const shared = new Primitives();
   const radius = 0.05;
   const { made, release } = shared.acquire({ kind: "cylinder", radius, length: 1 });

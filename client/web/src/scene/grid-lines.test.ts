@@ -4,7 +4,7 @@ import { gridCorners } from "./grid-lines";
 
 const GREY = [0.5, 0.5, 0.5] as const;
 
-test("lines are at whole metres whatever the middle is, and their ends are invisible", () => {
+test("lines are at whole metres for any middle, and their ends are invisible", () => {
   const corners = gridCorners(3.3, -2.7, 20, GREY);
   for (let at = 0; at < corners.length; at += 2) {
     const [from, to] = [corners[at], corners[at + 1]];

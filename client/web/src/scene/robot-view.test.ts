@@ -93,7 +93,7 @@ test("a link has the colour that a program gave it, also while it is highlighted
   materials.dispose();
 });
 
-test("a colour that changes with each state is one material, which goes with the colour, a highlight or the robot", () => {
+test("a colour that changes with each state is one material, which ends with the colour, a highlight or the robot", () => {
   const view = new RobotView(SCENE, new MeshStub() as unknown as MeshCache, new Materials(), () => undefined);
   const made = new Set<Material>();
   const gone = new Set<Material>();

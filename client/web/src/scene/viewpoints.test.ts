@@ -17,7 +17,7 @@ test("a preset keeps the target and the distance", () => {
   near(seenFrom(from, "top").target, [0, 0, 1]);
 });
 
-test("the way to the opposite side goes around what is seen", () => {
+test("the path to the opposite side goes around the scene", () => {
   const [from, to] = [view([2, 0, 0]), view([-2, 0, 0])];
   for (const share of [0, 0.25, 0.5, 0.75, 1]) expect(between(from, to, share).position.length()).toBeCloseTo(2, 9);
   near(between(from, to, 1).position, [-2, 0, 0]);

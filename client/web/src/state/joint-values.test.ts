@@ -32,7 +32,7 @@ describe("angles", () => {
     expect(rollPitchYaw([0, half, 0, half])[1]).toBeCloseTo(Math.PI / 2, 7);
   });
 
-  test("make the same orientation again, also where pitch is a quarter turn", () => {
+  test("make the same orientation again, also at a pitch of a quarter turn", () => {
     for (const angles of [[0.3, -0.7, 2.5], [-3, 1.2, -0.1], [0, Math.PI / 2, 0.4], [0.5, -Math.PI / 2, 1], [0, 0, 0]] as Triple[]) {
       const quaternion = quaternionOf(angles);
       const again = quaternionOf(rollPitchYaw(quaternion));
@@ -63,12 +63,12 @@ describe("rows", () => {
     expect(shown.map((row) => row?.flags)).toEqual([1, 0, 0]);
   });
 
-  test("show velocities and torques about the child's axes as they are", () => {
+  test("show velocities and torques about the child's axes unchanged", () => {
     const row = axisValues(axis(1), values([0, 0, 0, 1], [0.1, 0.2, 0.3], "velocity"));
     expect(row).toMatchObject({ target: 0.2, velocity: 2, effort: 5, mode: "velocity" });
   });
 
-  test("are none where the arrays are too short", () => {
+  test("are none if the arrays are too short", () => {
     expect(axisValues(axis(0), { position: [0, 0, 0, 0], velocity: [], effort: [], target: [], mode: ["none", "hold"], flags: [] })).toBeUndefined();
   });
 });

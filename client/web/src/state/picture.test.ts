@@ -5,13 +5,13 @@ import { pictureRequest, takePicture } from "./picture";
 let end = (): void => undefined;
 afterEach(() => end());
 
-test("the scene is asked for a picture of that size", async () => {
+test("a picture of that size is requested from the scene", async () => {
   end = pictureRequest.subscribe((request) => request?.taken(Promise.resolve(new Blob([`${request.width}x${request.height}`]))));
   expect(await (await takePicture(640, 480)).text()).toBe("640x480");
   expect(pictureRequest.value).toBeNull();
 });
 
-test("a size that cannot be drawn, and a page without a scene, are said", async () => {
+test("an impossible size, and a page without a scene, are reported", async () => {
   await expect(takePicture(0, 480)).rejects.toThrow("not 0 by 480");
   await expect(takePicture(640, 10_000)).rejects.toThrow("8192");
   await expect(takePicture(640, 480)).rejects.toThrow("nothing is drawn");

@@ -62,7 +62,7 @@ test("a new change ends what could be redone", async () => {
   expect(done).toEqual(["undo a"]);
 });
 
-test("changes of one thing within a second are one, which goes back to before the first", async () => {
+test("changes of one thing within a second are one, whose undo returns to before the first", async () => {
   changed(change("first", "elbow"), 0);
   changed(change("second", "elbow"), 900);
   changed(change("third", "elbow"), 1800);
