@@ -326,8 +326,8 @@ fn a_state_with_sensors_that_cannot_be_is_refused() {
         (|sensor| sensor.begun = 9.0, "times beyond"),
         (|sensor| sensor.walk[0] = f64::NAN, "walks"),
         (|sensor| Arc::make_mut(&mut sensor.definition).name = "two".into(), "that of another"),
-        (|sensor| Arc::make_mut(&mut sensor.definition).link = 1, "cannot bear it"),
-        (|sensor| Arc::make_mut(&mut sensor.definition).on = SensorMount::Joint(0), "cannot bear it"),
+        (|sensor| Arc::make_mut(&mut sensor.definition).link = 1, "cannot have it"),
+        (|sensor| Arc::make_mut(&mut sensor.definition).on = SensorMount::Joint(0), "cannot have it"),
         (|sensor| Arc::make_mut(&mut sensor.definition).rate = Some(-1.0), "rate"),
     ];
     for (change, why) in changes {
