@@ -37,6 +37,8 @@ use self::calls::Calls;
 use self::endpoints::Graph;
 use crate::config::Ros2;
 use simd_world::SimHandle;
+use simd_world::account::Account;
+use simd_world::handle::{CallContext, Caller, Transport};
 
 /// Longest wait for the node to leave the graph after a drain; then it is left behind.
 const CLOSE: Duration = Duration::from_millis(500);
@@ -48,6 +50,8 @@ pub struct Serving {
     node: JoinHandle<()>,
 }
 
+/// Name of the graph's nodes, as a client of simd.
+const CLIENT: &str = "ros2";
 /// Maximum number of queries in progress.
 const CALLS: usize = 32;
 /// Maximum number of queries that wait for the end of a goal: each goal of each robot has room for one.
@@ -60,7 +64,11 @@ const WAITING_CALLS: usize = robots::MAX_ROBOTS * actions::GOALS;
 pub fn start(settings: Ros2, handle: &SimHandle) -> std::io::Result<Serving> {
     let calls = [Calls::new(CALLS)?, Calls::new(WAITING_CALLS)?];
     let ended = CancellationToken::new();
-    let node = tokio::spawn(serve(settings, handle.clone(), calls, ended.clone()));
+    // All nodes of the graph are one client.
+    let caller = Caller::said(CLIENT, Transport::Zenoh);
+    let account = Account::Session(CLIENT.into());
+    let call = CallContext { caller, transport: Transport::Zenoh, ..CallContext::of(account) };
+    let node = tokio::spawn(serve(settings, handle.of_call(call), calls, ended.clone()));
     Ok(Serving { ended, node })
 }
 

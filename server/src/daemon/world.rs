@@ -26,7 +26,7 @@ pub(crate) fn loader(config: &Config) -> Result<Loader, Error> {
         .map_err(|(folder, source)| Error::AssetRoot { folder, source })
 }
 
-/// Opens an empty world, and returns its handle. It is paused, since robots are loaded before the first step.
+/// Opens an empty world, and returns the process's own handle. The world is paused, since robots are loaded before the first step.
 ///
 /// # Errors
 /// Returns an error if the system refuses the thread.
@@ -48,7 +48,7 @@ pub(crate) fn open(config: &Config, loader: Loader, access: Access) -> Result<Si
     };
     let recordings = Recordings::new(config.recording.clone(), encoders);
     let info = DaemonInfo { name: config.name.clone(), version: env!("CARGO_PKG_VERSION"), limits };
-    Ok(SimHandle::with_access(link, loader, info, access, recordings))
+    Ok(SimHandle::with_access(link, loader, info, access, recordings).of_process())
 }
 
 /// Loads the robots of the configuration, or the saved world, and then sets the run state of the

@@ -21,15 +21,15 @@ use simd_api::service::transport::with_reason;
 use simd_api::service::{joint, simulation, version};
 use simd_world::SimHandle;
 use simd_world::account::Account;
-use simd_world::handle::{Caller, Disconnect, Peer, Transport};
+use simd_world::handle::{CallContext, Caller, Disconnect, Peer, Transport};
 
 /// The services with such methods.
 #[derive(Clone, Debug)]
 pub(super) struct Direct {
+    /// Handle for the client's calls.
     handle: SimHandle,
     simulation: simulation::Service,
     joint: joint::Service,
-    caller: Option<Caller>,
     disconnect: Disconnect,
     /// Maximum size of a request, bytes.
     limit: usize,
@@ -40,14 +40,18 @@ pub(super) struct Direct {
 impl Direct {
     /// Makes the path for a client with these headers.
     pub(super) fn new(handle: &SimHandle, said: &MetadataMap, client: &str, disconnect: Disconnect) -> Self {
+        let call = CallContext {
+            caller: Caller::said(client, Transport::Handle),
+            peer: Some(Peer::Process),
+            ..CallContext::of(Account::Process)
+        };
         Self {
             simulation: simulation::Service::new(handle.clone()),
             joint: joint::Service::new(handle.clone()),
-            caller: Caller::said(client, Transport::Handle),
             disconnect,
             limit: usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX),
             is_served: version::check(said.as_ref()).is_ok(),
-            handle: handle.clone(),
+            handle: handle.of_call(call),
         }
     }
 
@@ -78,7 +82,7 @@ impl Direct {
         }
     }
 
-    /// Does the work of the services' layers, in their order: see `service::routes`.
+    /// Makes a call as the services' layer does: see `calls` of the services.
     async fn make<M, A, F>(
         &self,
         method: &'static Method,
@@ -115,18 +119,14 @@ impl Direct {
     {
         let mut request = Request::new(request);
         let begun = Instant::now();
-        let answer = match self.handle.count_call(&Account::Process) {
+        let answer = match self.handle.count_call() {
             Ok(()) => {
+                let call = self.handle.call().clone();
+                let _under_way = call.caller.clone().map(|caller| self.handle.begin_call(caller));
                 let of = request.extensions_mut();
-                of.insert(Account::Process);
-                of.insert(Transport::Handle);
-                of.insert(Peer::Process);
+                of.insert(call);
                 of.insert(self.disconnect.clone());
-                let _under_way = self.caller.clone().map(|caller| {
-                    of.insert(caller.clone());
-                    self.handle.begin_call(caller)
-                });
-                Account::Process.scope(work(request)).await.map_err(with_reason)
+                work(request).await.map_err(with_reason)
             }
             Err(refused) => Err(refused).or_status(),
         };

@@ -98,13 +98,11 @@ impl Recount {
 
 /// Returns the client that uncounted answers count for, regardless of its token.
 fn reader(peer: &Peer) -> Reader {
-    match peer {
-        Peer::Connection { number, address } => {
-            Reader { account: Account::of_connection(*number, *address), connection: Some(*number) }
-        }
-        Peer::Session(id) => Reader { account: Account::Session(Arc::clone(id)), connection: None },
-        Peer::Process => Reader { account: Account::Process, connection: None },
-    }
+    let connection = match peer {
+        Peer::Connection { number, .. } => Some(*number),
+        Peer::Session(_) | Peer::Process => None,
+    };
+    Reader { account: Account::from(peer), connection }
 }
 
 /// Counts the bytes of an answer until its client has read them.

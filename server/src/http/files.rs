@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use axum::Extension;
 use axum::body::Body;
 use axum::extract::{Path, Request, State};
 use axum::http::header::{self, HeaderValue};
@@ -12,7 +13,8 @@ use simd_model::robot::Sha256;
 
 use super::login;
 use super::{Page, caching, refused};
-use simd_world::handle::MeshKey;
+use simd_world::SimHandle;
+use simd_world::handle::{CallContext, MeshKey};
 
 /// Policy for untrusted files: a browser shows one, if at all, as a document without any rights.
 pub(super) const SANDBOX: &str = "default-src 'none'; sandbox; frame-ancestors 'none'";
@@ -21,27 +23,29 @@ pub(super) const SANDBOX: &str = "default-src 'none'; sandbox; frame-ancestors '
 pub(super) async fn mesh(
     State(page): State<Arc<Page>>,
     Path(name): Path<String>,
+    Extension(call): Extension<CallContext>,
     asked: HeaderMap,
 ) -> Response<Body> {
     let missing = ["the address of a mesh is /meshes/SHA256.glb", "no robot uses a mesh of this hash"];
-    gltf_of(&page, &name, MeshKey::Mesh, missing, &asked).await
+    gltf_of(&page.handle.of_call(call), &name, MeshKey::Mesh, missing, &asked).await
 }
 
 /// `GET /colliders/SHA256.glb`: a convex collider of a robot, as binary glTF.
 pub(super) async fn collider(
     State(page): State<Arc<Page>>,
     Path(name): Path<String>,
+    Extension(call): Extension<CallContext>,
     asked: HeaderMap,
 ) -> Response<Body> {
     let missing =
         ["the address of a collider is /colliders/SHA256.glb", "no robot has a convex collider of this hash"];
-    gltf_of(&page, &name, MeshKey::Collider, missing, &asked).await
+    gltf_of(&page.handle.of_call(call), &name, MeshKey::Collider, missing, &asked).await
 }
 
 /// Returns the glTF of a file name. `missing` is the answer if the name is not a hash, or there is no such
 /// glTF.
 async fn gltf_of(
-    page: &Page,
+    handle: &SimHandle,
     name: &str,
     key: fn(Sha256) -> MeshKey,
     missing: [&'static str; 2],
@@ -49,7 +53,7 @@ async fn gltf_of(
 ) -> Response<Body> {
     let [no_hash, unknown] = missing;
     let Some(sha256) = hash_of(name) else { return not_found(no_hash) };
-    gltf(page, key(sha256), sha256, asked).await.unwrap_or_else(|| not_found(unknown))
+    gltf(handle, key(sha256), sha256, asked).await.unwrap_or_else(|| not_found(unknown))
 }
 
 fn hash_of(name: &str) -> Option<Sha256> {
@@ -57,12 +61,12 @@ fn hash_of(name: &str) -> Option<Sha256> {
 }
 
 /// Returns a glTF; `None` if there is no such mesh.
-async fn gltf(page: &Page, key: MeshKey, sha256: Sha256, asked: &HeaderMap) -> Option<Response<Body>> {
+async fn gltf(handle: &SimHandle, key: MeshKey, sha256: Sha256, asked: &HeaderMap) -> Option<Response<Body>> {
     let tag = caching::tag(&format!("{sha256}glb"));
     if caching::has(asked, &tag) {
         return Some(unchanged(tag));
     }
-    match page.handle.meshes().get(&page.handle, key).await {
+    match handle.meshes().get(handle, key).await {
         Ok(glb) => glb.map(|glb| {
             let gzip = glb.gzip.filter(|_| caching::takes_gzip(asked));
             let encoding = gzip.is_some().then_some("gzip");

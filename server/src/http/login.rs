@@ -16,12 +16,19 @@ use simd_api::service::authorization::token;
 use simd_world::SimHandle;
 use simd_world::access::{Access, Denied};
 use simd_world::account::Account;
-use simd_world::handle::Peer;
+use simd_world::handle::{CallContext, Peer};
 
 /// Admits a request, which only reads, and counts it for its client.
-pub(super) async fn check(State(handle): State<SimHandle>, request: Request, next: Next) -> Response<Body> {
+pub(super) async fn check(
+    State(handle): State<SimHandle>,
+    mut request: Request,
+    next: Next,
+) -> Response<Body> {
     match admit(&handle, &request) {
-        Ok(account) => account.scope(next.run(request)).await,
+        Ok(call) => {
+            request.extensions_mut().insert(call);
+            next.run(request).await
+        }
         Err(refusal) => refusal.said().await,
     }
 }
@@ -45,17 +52,14 @@ impl Refusal {
     }
 }
 
+/// Returns the client of a request without a token. Every network brings a request with its peer.
 fn sender(request: &Request) -> Account {
-    match request.extensions().get::<Peer>() {
-        Some(Peer::Connection { number, address }) => Account::of_connection(*number, *address),
-        Some(Peer::Session(id)) => Account::Session(Arc::clone(id)),
-        // No network brings a request without a peer.
-        Some(Peer::Process) | None => Account::Process,
-    }
+    request.extensions().get::<Peer>().map_or(Account::Unknown, Account::from)
 }
 
-/// Whom a request counts for, where its token allows reading and its client has not had its share; else the refusal.
-pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<Account, Refusal> {
+/// Returns the context of a request, if its token allows reading and its client has not used its share;
+/// otherwise the refusal.
+pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<CallContext, Refusal> {
     let access = handle.access();
     let grant = access.check(token(request.headers()), Role::Viewer, "the page");
     let grant = grant.map_err(|denied| Refusal::of(access, &denied, request))?;
@@ -64,8 +68,9 @@ pub(super) fn admit(handle: &SimHandle, request: &Request) -> Result<Account, Re
         None => sender(request),
     };
     let over = |error| Refusal { wait: Duration::ZERO, response: super::refused(&error) };
-    handle.count_call(&account).map_err(over)?;
-    Ok(account)
+    let call = CallContext::of(account);
+    handle.of_call(call.clone()).count_call().map_err(over)?;
+    Ok(call)
 }
 
 /// `POST /login` with `authorization: Bearer TOKEN`: 204 and the cookie, or 401.

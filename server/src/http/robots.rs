@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use axum::Extension;
 use axum::body::Body;
 use axum::extract::{Path, State};
 use axum::http::{Response, StatusCode, header};
@@ -14,7 +15,7 @@ use simd_model::robot::{Geometry, JointKind};
 
 use super::{Page, caching, files, refused};
 use simd_world::SimHandle;
-use simd_world::handle::RunState;
+use simd_world::handle::{CallContext, RunState};
 
 /// Answer of `GET /robots`.
 #[derive(Serialize)]
@@ -46,9 +47,13 @@ struct Joint {
 }
 
 /// Returns all robots with their joints, in the newest state.
-pub(super) async fn list(State(page): State<Arc<Page>>) -> Response<Body> {
-    let handle = page.handle.clone();
-    let text = match page.handle.make_large(async move { serde_json::to_string(&world(&handle)) }).await {
+pub(super) async fn list(
+    State(page): State<Arc<Page>>,
+    Extension(call): Extension<CallContext>,
+) -> Response<Body> {
+    let handle = page.handle.of_call(call);
+    let shown = handle.clone();
+    let text = match handle.make_large(async move { serde_json::to_string(&world(&shown)) }).await {
         Ok(Ok(text)) => text,
         Err(error) => return refused(&error),
         Ok(Err(error)) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")).into_response(),
@@ -120,7 +125,11 @@ fn mode(mode: Mode) -> &'static str {
 }
 
 /// `GET /robots/NAME/robot.urdf`: the description, with this daemon's addresses of its meshes.
-pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path<String>) -> Response<Body> {
+pub(super) async fn description(
+    State(page): State<Arc<Page>>,
+    Extension(call): Extension<CallContext>,
+    Path(robot): Path<String>,
+) -> Response<Body> {
     let newest = page.handle.newest();
     let Some((_, entity)) = newest.state.entity(&robot) else {
         let sentence = format!("there is no robot {robot:?} in this world; /robots lists them\n");
@@ -128,7 +137,7 @@ pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path
     };
     let meshes = addresses(entity);
     let address = move |uri: &str| meshes.get(uri.trim()).cloned();
-    match page.handle.description_with(&robot, address).await {
+    match page.handle.of_call(call).description_with(&robot, address).await {
         Ok(Some(text)) => {
             let headers = [
                 (header::CONTENT_TYPE, "application/xml; charset=utf-8"),

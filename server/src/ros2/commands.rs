@@ -31,7 +31,6 @@ use zenoh::sample::Sample;
 use super::endpoints::{Graph, Subscription};
 use super::robots::Robot;
 use simd_world::SimHandle;
-use simd_world::handle::{Caller, Transport};
 
 /// Maximum number of messages that wait to be read.
 const WAITING: usize = 32;
@@ -39,8 +38,6 @@ const WAITING: usize = 32;
 const MAX_BYTES: usize = 1024 * 1024;
 /// Time between two logged summaries of refusals.
 const REPORT: Duration = Duration::from_secs(1);
-/// Source of the targets, as other clients see it.
-const SOURCE: &str = "ros2";
 
 /// Kind of a message.
 #[derive(Clone, Copy, Debug)]
@@ -169,11 +166,10 @@ async fn command(handle: &SimHandle, sent: &Sent) -> Result<(), String> {
     if joints.is_empty() {
         return Ok(());
     }
-    let caller = Caller::said(SOURCE, Transport::Zenoh);
     let targets = SetTargets {
         robots: vec![RobotTargets { robot: sent.robot.to_string(), joints, ..RobotTargets::default() }],
         refuse_beyond_limits: false,
-        source: Some(handle.target_source(caller.as_ref())),
+        source: Some(handle.target_source()),
     };
     handle.command(Command::SetTargets(targets)).await.map(drop).map_err(|error| error.to_string())
 }
@@ -200,13 +196,12 @@ pub(super) fn trajectory(handle: &SimHandle, robot: &str, message: JointTrajecto
         accelerations: point.accelerations,
         efforts: point.effort,
     });
-    let caller = Caller::said(SOURCE, Transport::Zenoh);
     Command::FollowTrajectory(FollowTrajectory {
         robot,
         joints,
         points: Arc::new(points.collect()),
         begin,
-        source: Some(handle.target_source(caller.as_ref())),
+        source: Some(handle.target_source()),
         ..FollowTrajectory::default()
     })
 }

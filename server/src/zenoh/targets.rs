@@ -26,7 +26,8 @@ use simd_api::convert::from_proto::joint::set_joint_targets;
 use simd_api::service::claims::{Presented, Proven};
 use simd_world::SimHandle;
 use simd_world::access::{Grant, role_of};
-use simd_world::handle::{Caller, RefusedUnanswered, Transport};
+use simd_world::account::Account;
+use simd_world::handle::{CallContext, Caller, RefusedUnanswered, Transport};
 
 /// Maximum number of messages that wait to be read.
 const WAITING: usize = 256;
@@ -126,12 +127,19 @@ async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     let request: v1::SetJointTargetsRequest = checked::decode(&sent.payload.to_bytes())
         .map_err(|error| format!("the payload is not a SetJointTargetsRequest: {error}"))?;
     let claim = Presented::Id(sent.proven).claim(handle, &request.claim);
-    let handle = handle.within(grant.as_deref()).acting_for(claim.map_err(|error| error.to_string())?);
+    let claim = claim.map_err(|error| error.to_string())?;
     let mut targets = set_joint_targets(request).map_err(|error| error.to_string())?;
     let caller = sent.attachment.as_ref().and_then(|attachment| caller(&attachment.to_bytes()));
-    targets.source = Some(handle.target_source(caller.as_ref()));
+    let account = match (&grant, &caller) {
+        (Some(grant), _) => Account::Token(grant.name.as_str().into()),
+        (None, Some(caller)) => Account::Session(Arc::clone(&caller.name)),
+        (None, None) => Account::Unknown,
+    };
+    let call = CallContext { transport: Transport::Zenoh, caller, grant, claim, ..CallContext::of(account) };
+    let handle = handle.of_call(call);
+    targets.source = Some(handle.target_source());
     handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
-    if let Some(caller) = caller {
+    if let Some(caller) = handle.call().caller.clone() {
         // The client is present, though it gets no answer.
         drop(handle.begin_call(caller));
     }

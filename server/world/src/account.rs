@@ -19,10 +19,8 @@ pub enum Account {
     Connection(u64),
     /// A Zenoh session, by the id that it claims to have.
     Session(Arc<str>),
-}
-
-tokio::task_local! {
-    static CURRENT: Account;
+    /// All calls without a known client. They share the limits of one client.
+    Unknown,
 }
 
 impl Account {
@@ -33,17 +31,6 @@ impl Account {
             IpAddr::V4(address) => Self::Address(address.into()),
             IpAddr::V6(address) => Self::Network((address.to_bits() >> 64) as u64),
         }
-    }
-
-    /// Returns the client that the running task works for; by default the process. A spawned task does not
-    /// inherit it: spawn it within [`scope`](Self::scope).
-    pub fn current() -> Self {
-        CURRENT.try_with(Self::clone).unwrap_or(Self::Process)
-    }
-
-    /// Runs some work for this client.
-    pub fn scope<F: Future>(self, work: F) -> impl Future<Output = F::Output> {
-        CURRENT.scope(self, work)
     }
 }
 
@@ -56,6 +43,7 @@ impl fmt::Display for Account {
             Self::Network(bits) => write!(f, "{}/64", std::net::Ipv6Addr::from_bits(u128::from(*bits) << 64)),
             Self::Connection(number) => write!(f, "connection {number}"),
             Self::Session(id) => write!(f, "session {id}"),
+            Self::Unknown => f.write_str("unknown clients"),
         }
     }
 }
@@ -73,12 +61,5 @@ mod tests {
         assert_eq!(of(1, "2001:db8::1"), of(2, "2001:db8::2"));
         assert_eq!(of(1, "2001:db8::1").to_string(), "2001:db8::/64");
         assert_ne!(of(1, "127.0.0.1"), of(2, "127.0.0.1"));
-    }
-
-    #[tokio::test]
-    async fn work_knows_whom_it_is_for_until_it_ends() {
-        let named = Account::Session("a".into());
-        assert_eq!(named.clone().scope(async { Account::current() }).await, named);
-        assert_eq!(Account::current(), Account::Process);
     }
 }

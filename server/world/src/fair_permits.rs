@@ -56,34 +56,33 @@ impl FairPermits {
         self
     }
 
-    /// Returns a permit, once this client is next in the round robin.
+    /// Returns a permit, once the client of this account is next in the round robin.
     ///
     /// # Errors
     /// Returns an error at once if too many calls wait already, of all clients or of this one.
-    pub(crate) async fn acquire(&self) -> Result<Permit, CallError> {
+    pub(crate) async fn acquire(&self, account: &Account) -> Result<Permit, CallError> {
         let receiver = {
-            let account = Account::current();
             let mut queue = lock(&self.queue);
-            if queue.free > 0 && queue.may_have_one(&account) {
+            if queue.free > 0 && queue.may_have_one(account) {
                 queue.free -= 1;
-                queue.hold(&account);
-                return Ok(Permit { queue: Some(Arc::clone(&self.queue)), account });
+                queue.hold(account);
+                return Ok(Permit { queue: Some(Arc::clone(&self.queue)), account: account.clone() });
             }
             self.wait(&mut queue, account)?
         };
         receiver.await.map_err(|_closed| CallError::ShuttingDown)
     }
 
-    fn wait(&self, queue: &mut Queue, account: Account) -> Result<oneshot::Receiver<Permit>, CallError> {
+    fn wait(&self, queue: &mut Queue, account: &Account) -> Result<oneshot::Receiver<Permit>, CallError> {
         // Cancelled calls take no slot.
         for (_, calls) in &mut queue.clients {
             calls.retain(|call| !call.is_closed());
         }
         queue.clients.retain(|(_, calls)| !calls.is_empty());
         let waiting: usize = queue.clients.iter().map(|(_, calls)| calls.len()).sum();
-        let own = queue.clients.iter().position(|(client, _)| *client == account);
+        let own = queue.clients.iter().position(|(client, _)| client == account);
         let of_one = own.and_then(|index| queue.clients.get(index)).map_or(0, |(_, calls)| calls.len());
-        let is_bounded = account != Account::Process;
+        let is_bounded = *account != Account::Process;
         let (value, limit, whose) = match is_bounded && of_one >= self.waiting_of_one {
             true => (of_one, self.waiting_of_one, " of one client"),
             false => (waiting, self.waiting, ""),
@@ -95,7 +94,7 @@ impl FairPermits {
         let (sender, receiver) = oneshot::channel();
         match own.and_then(|index| queue.clients.get_mut(index)) {
             Some((_, calls)) => calls.push_back(sender),
-            None => queue.clients.push_back((account, VecDeque::from([sender]))),
+            None => queue.clients.push_back((account.clone(), VecDeque::from([sender]))),
         }
         Ok(receiver)
     }
@@ -181,7 +180,8 @@ mod tests {
     }
 
     fn call(permits: &'static FairPermits, client: &str) -> Call {
-        Box::pin(Account::Session(client.into()).scope(permits.acquire()))
+        let account = Account::Session(client.into());
+        Box::pin(async move { permits.acquire(&account).await })
     }
 
     fn poll(call: &mut Call) -> Poll<Result<Permit, CallError>> {

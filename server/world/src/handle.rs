@@ -11,7 +11,7 @@
 //! * `claims`: claims on joints and their leases. `clients`: present clients, and the sources of joint
 //!   targets.
 //! * `lockstep`: clients that step the world together.
-//! * `calls`: numbers of calls, and their outcomes.
+//! * `call`: the context of a call. `calls`: numbers of calls, and their outcomes.
 //! * `saved_states`: files of saved states.
 //! * `owners`: owners of saved states and parameters. `audit`: audited calls.
 //! * `health`: liveness of the physics thread. `accounts`: shares of each client. `heavy`: permits for long
@@ -20,6 +20,7 @@
 mod accounts;
 mod audit;
 mod bindings;
+mod call;
 mod calls;
 mod cameras;
 mod changes;
@@ -49,7 +50,6 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use simd_core::simulation::command::ClaimId;
 use tokio::sync::oneshot::{self, error::TryRecvError};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
@@ -57,6 +57,7 @@ use tokio_util::sync::CancellationToken;
 pub use accounts::ClientStream;
 pub use audit::RobotNote;
 pub use bindings::{BoundQuantity, JointBinding};
+pub use call::CallContext;
 pub use calls::{MethodCalls, RefusedUnanswered};
 pub use cameras::MAX_PIXELS;
 pub use cameras::{
@@ -90,13 +91,13 @@ pub use crate::driver::{
     Statistics, Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
-pub use crate::loading::{AssetState, ExpandedXacro, Prepared, Source, Validated, XacroFiles};
+pub use crate::loading::{AssetState, ExpandedXacro, FilePart, Prepared, Source, Validated, XacroFiles};
 pub use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingState};
 pub use crate::run_state::RunState;
 
-use crate::access::{Access, Grant};
+use crate::access::Access;
 use crate::account::Account;
-use crate::driver::{self, Event, ReplyTo, Sender};
+use crate::driver::{self, Event, ReplyTo};
 use crate::loading::Loader;
 use crate::recording::Recordings;
 use crate::unread_answers::UnreadAnswers;
@@ -116,24 +117,12 @@ use view::View;
 /// Time between two searches for unused objects.
 const TIDY: Duration = Duration::from_secs(10);
 
-/// The only way to the world. Clones are the same handle.
+/// The only way to the world, for one call or for all calls of one client.
 #[derive(Clone, Debug)]
 pub struct SimHandle {
     inner: Arc<Inner>,
-    /// Claim that commands use.
-    claim: Option<ClaimId>,
-    /// Robots that commands may change; empty means all robots and the world.
-    only: Arc<[String]>,
-    /// Sender of commands, for recordings.
-    sender: Sender,
-    /// Owner of new objects.
-    account: Account,
-    /// Whether it may replace and delete objects of other owners.
-    takes_over: bool,
-    /// Note for the robots of the call.
-    note: Option<RobotNote>,
-    /// Cancelled when the caller's token is revoked or expires.
-    revoked: Option<CancellationToken>,
+    /// Context of the call that it is for.
+    call: CallContext,
 }
 
 #[derive(Debug)]
@@ -183,14 +172,15 @@ fn look<T>(answer: &mut oneshot::Receiver<T>, spin: Duration) -> Result<T, TryRe
 }
 
 impl SimHandle {
-    /// Makes a handle on a started driver, without access control.
+    /// Makes a handle on a started driver, without access control, for this process.
     #[cfg(any(test, feature = "testing"))]
     pub fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
         let recordings = Recordings::none();
-        Self::with_access(driver, loader, info, Access::open(), recordings)
+        Self::with_access(driver, loader, info, Access::open(), recordings).of_process()
     }
 
-    /// Makes a handle on a started driver.
+    /// Makes a handle on a started driver. Its calls are those of an unknown client, until it gets a context:
+    /// see [`of_call`](Self::of_call) and [`of_process`](Self::of_process).
     pub fn with_access(
         driver: driver::Link,
         loader: Loader,
@@ -203,7 +193,7 @@ impl SimHandle {
         let parameters = Parameters::new(limits.parameters);
         let (answers, heavy) = (AnswerCache::new(limits), HeavyWork::new(limits));
         let accounts = Accounts::new(limits.calls_per_second_of_client, limits.streams_of_client);
-        Self::of_everybody(Arc::new(Inner {
+        let inner = Arc::new(Inner {
             driver,
             loader: Arc::new(loader),
             answers,
@@ -229,70 +219,8 @@ impl SimHandle {
             recording_looks: HeavyWork::of_recordings(),
             started: Instant::now(),
             draining,
-        }))
-    }
-
-    /// Makes a handle for no particular caller.
-    fn of_everybody(inner: Arc<Inner>) -> Self {
-        Self {
-            inner,
-            claim: None,
-            only: Arc::default(),
-            sender: None,
-            account: Account::Process,
-            takes_over: false,
-            note: None,
-            revoked: None,
-        }
-    }
-
-    /// Returns a handle for the holder of a claim, which the caller has verified: each command renews its
-    /// lease.
-    #[must_use]
-    pub fn acting_for(&self, claim: Option<ClaimId>) -> Self {
-        Self { claim, ..self.clone() }
-    }
-
-    /// Returns a handle with this caller as the sender of commands.
-    #[must_use]
-    pub fn called_by(&self, caller: Option<&Caller>) -> Self {
-        Self { sender: caller.map(|caller| caller.name.clone()), ..self.clone() }
-    }
-
-    /// Returns a handle for this client, as limits know it.
-    #[must_use]
-    pub fn of_account(&self, account: Option<&Account>) -> Self {
-        let account = account.cloned().unwrap_or(Account::Process);
-        Self { account, ..self.clone() }
-    }
-
-    /// Returns a handle for the owner of a token, which may be limited to some robots.
-    #[must_use]
-    pub fn within(&self, grant: Option<&Grant>) -> Self {
-        match grant {
-            Some(grant) => {
-                let (only, revoked) = (Arc::clone(&grant.robots), Some(grant.revoked.clone()));
-                Self { only, revoked, ..self.clone() }
-            }
-            None => self.clone(),
-        }
-    }
-
-    /// Refuses changes of robots that this handle is not for; `None` stands for the world.
-    pub(crate) fn check_robots(&self, robots: Option<&[&str]>) -> Result<(), CallError> {
-        if self.only.is_empty() {
-            return Ok(());
-        }
-        let other = match robots {
-            Some(robots) => robots.iter().find(|robot| !self.only.iter().any(|only| only == *robot)),
-            None => Some(&""),
-        };
-        match other {
-            Some(robot) => {
-                Err(CallError::RobotNotAllowed { robot: (*robot).to_owned(), allowed: self.only.to_vec() })
-            }
-            None => Ok(()),
-        }
+        });
+        Self { inner, call: CallContext::of(Account::Unknown) }
     }
 
     /// Returns facts about this daemon, and its limits.

@@ -1,30 +1,29 @@
 //! Passes calls whose token allows them. Calls that change something are logged and are events: token,
 //! client, transport, method, robots, and outcome.
 
-use std::convert::Infallible;
 use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll, ready};
+use std::task::{Context, Poll};
+use std::time::Duration;
 
+use axum::extract::Request;
 use http_body::{Frame, SizeHint};
 use simd_proto::access::{Role, TOKEN_HEADER, parse_bearer, parse_cookie};
 use simd_proto::v1::ErrorReason;
 use simd_proto::{CLIENT_HEADER, methods};
-use tokio::time::Sleep;
 use tokio_util::sync::WaitForCancellationFutureOwned;
 use tonic::body::Body;
-use tonic::codegen::http::{HeaderMap, Request, Response, header};
-use tonic::codegen::{Bytes, Service};
-use tonic::server::NamedService;
+use tonic::codegen::Bytes;
+use tonic::codegen::http::{HeaderMap, Response, header};
 use tonic::{Code, Status};
 
 use super::counted::reason;
-use super::limited::account;
 use super::status::Explained;
 use super::watched::watched;
 use simd_world::SimHandle;
 use simd_world::access::{Denied, Grant, concern_of, role_of};
-use simd_world::handle::{AuditedCall, Peer, RobotNote, Transport};
+use simd_world::account::Account;
+use simd_world::handle::{AuditedCall, CallContext, RobotNote, Transport};
 
 /// Methods that clients call many times a second: their calls are not logged.
 const FREQUENT: [&str; 12] = [
@@ -42,85 +41,101 @@ const FREQUENT: [&str; 12] = [
     "/simd.v1.ViewService/NextInput",
 ];
 
-/// A service that only calls with sufficient rights reach.
-#[derive(Clone, Debug)]
-pub struct Authorized<S> {
-    /// Wrapped service.
-    pub service: S,
-    /// World with the tokens, which also gets calls as events.
-    pub handle: SimHandle,
-    /// Transport of calls whose extensions name none.
-    pub transport: Transport,
+/// A call that its token allows, until its answer ends.
+pub(super) struct Passed {
+    /// Rights of a stream, which ends when its token is revoked.
+    grant: Option<Arc<Grant>>,
+    /// Line to write when the call ends.
+    line: Option<Line>,
 }
 
-impl<S: NamedService> NamedService for Authorized<S> {
-    const NAME: &'static str = S::NAME;
+/// The refusal of a call, and how long it has to wait.
+pub(super) struct Refused {
+    wait: Duration,
+    status: Status,
 }
 
-impl<S> Service<Request<Body>> for Authorized<S>
-where
-    S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
-    S::Future: Unpin,
-{
-    type Response = Response<Body>;
-    type Error = Infallible;
-    type Future = Answer<S::Future>;
-
-    fn poll_ready(&mut self, context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
-        self.service.poll_ready(context)
+/// Checks the token of a call, and adds its rights to the context.
+pub(super) fn check(
+    handle: &SimHandle,
+    call: &mut CallContext,
+    request: &Request,
+) -> Result<Passed, Refused> {
+    // A caller within the process has full access anyway.
+    if !handle.access().is_required() || call.transport == Transport::Handle {
+        return Ok(Passed { grant: None, line: None });
     }
-
-    fn call(&mut self, mut request: Request<Body>) -> Self::Future {
-        let transport = request.extensions().get().copied().unwrap_or(self.transport);
-        // A caller within the process has full access anyway.
-        if !self.handle.access().is_required() || transport == Transport::Handle {
-            return Answer::Passed { answer: self.service.call(request), grant: None, line: None };
+    let path = request.uri().path();
+    let (service, method) = methods::parse_path(path).unwrap_or_default();
+    let needed = role_of(service, method);
+    let said = |token: &str| {
+        Line(Some(Call {
+            handle: handle.clone(),
+            note: RobotNote::default(),
+            call: AuditedCall {
+                token: token.to_owned(),
+                client: client(request.headers()),
+                peer: call.peer.as_ref().map(ToString::to_string).unwrap_or_default(),
+                transport: call.transport.name(),
+                method: path.strip_prefix("/simd.v1.").unwrap_or(path).to_owned(),
+                ..AuditedCall::default()
+            },
+        }))
+    };
+    let granted = handle.access().check(token(request.headers()), needed, method);
+    let granted = granted.and_then(|grant| {
+        let concern = concern_of(service, method);
+        grant.as_ref().map_or(Ok(()), |grant| grant.check_concern(concern)).map(|()| grant)
+    });
+    let grant = match granted {
+        Ok(Some(grant)) => grant,
+        Ok(None) => return Ok(Passed { grant: None, line: None }),
+        Err(denied) => {
+            let status = Status::from(refusal(&denied));
+            if let Some(unlogged) = handle.access().may_log_refusal() {
+                said(denied.name()).write_refusal(&denied, &status, unlogged);
+            }
+            return Err(Refused { wait: handle.access().wait_before(&denied, &call.account), status });
         }
-        let path = request.uri().path().to_owned();
-        let (service, method) = methods::parse_path(&path).unwrap_or_default();
-        let needed = role_of(service, method);
-        let said = |token: &str| {
-            Line(Some(Call {
-                handle: self.handle.clone(),
-                note: RobotNote::default(),
-                call: AuditedCall {
-                    token: token.to_owned(),
-                    client: client(request.headers()),
-                    peer: request.extensions().get::<Peer>().map(ToString::to_string).unwrap_or_default(),
-                    transport: transport.name(),
-                    method: path.strip_prefix("/simd.v1.").unwrap_or(&path).to_owned(),
-                    ..AuditedCall::default()
-                },
-            }))
+    };
+    let is_noted = needed > Role::Viewer && !FREQUENT.contains(&path);
+    let line = is_noted.then(|| said(&grant.name));
+    if let Some(Line(Some(noted))) = &line {
+        call.note = Some(noted.note.clone());
+    }
+    call.account = Account::Token(grant.name.as_str().into());
+    call.grant = Some(Arc::clone(&grant));
+    let is_stream = methods::find(service, method).is_some_and(|method| method.gives_many);
+    Ok(Passed { grant: is_stream.then_some(grant), line })
+}
+
+impl Refused {
+    /// Returns the refusal, once it may be said.
+    pub(super) async fn answer(self) -> Response<Body> {
+        if !self.wait.is_zero() {
+            tokio::time::sleep(self.wait).await;
+        }
+        self.status.into_http()
+    }
+}
+
+impl Passed {
+    /// Returns the same answer, which ends with its token and is logged at its end.
+    pub(super) fn end(self, answer: Response<Body>) -> Response<Body> {
+        let Self { grant, line } = self;
+        // Only a refusal has its status in the headers; a stream has its status at its end.
+        let refused = Status::from_header_map(answer.headers());
+        let answer = match (line, refused, &grant) {
+            (Some(mut line), None, Some(_)) => watched(answer, move |status| line.write(status)),
+            (Some(mut line), refused, _) => {
+                line.write(&refused.unwrap_or_else(|| Status::ok("")));
+                answer
+            }
+            (None, ..) => answer,
         };
-        let granted = self.handle.access().check(token(request.headers()), needed, method);
-        let granted = granted.and_then(|grant| {
-            let concern = concern_of(service, method);
-            grant.as_ref().map_or(Ok(()), |grant| grant.check_concern(concern)).map(|()| grant)
-        });
-        match granted {
-            Ok(grant) => {
-                let is_noted = needed > Role::Viewer && !FREQUENT.contains(&path.as_str());
-                let line = grant.as_ref().filter(|_| is_noted).map(|grant| said(&grant.name));
-                let is_stream = methods::find(service, method).is_some_and(|method| method.gives_many);
-                if let Some(grant) = &grant {
-                    request.extensions_mut().insert(Arc::clone(grant));
-                }
-                if let Some(Line(Some(call))) = &line {
-                    request.extensions_mut().insert(call.note.clone());
-                }
-                let answer = self.service.call(request);
-                Answer::Passed { answer, grant: grant.filter(|_| is_stream), line }
-            }
-            Err(denied) => {
-                let status = Status::from(refusal(&denied));
-                if let Some(unlogged) = self.handle.access().may_log_refusal() {
-                    said(denied.name()).write_refusal(&denied, &status, unlogged);
-                }
-                let wait = self.handle.access().wait_before(&denied, &account(&request, transport));
-                let wait = (!wait.is_zero()).then(|| Box::pin(tokio::time::sleep(wait)));
-                Answer::Denied { wait, refusal: Some(status.into_http()) }
-            }
+        match grant {
+            Some(grant) => answer.map(|body| Body::new(Revocable::new(body, &grant))),
+            None => answer,
         }
     }
 }
@@ -131,7 +146,8 @@ pub(super) fn may_take_over<M>(
     takes_over: bool,
     method: &str,
 ) -> Result<(), Status> {
-    let Some(grant) = request.extensions().get::<Arc<Grant>>().filter(|_| takes_over) else { return Ok(()) };
+    let grant = request.extensions().get().and_then(|call: &CallContext| call.grant.as_ref());
+    let Some(grant) = grant.filter(|_| takes_over) else { return Ok(()) };
     let allowed = grant.check(Role::Admin, &format!("{method} with take_over"));
     allowed.map_err(|denied| Status::from(refusal(&denied)))
 }
@@ -163,7 +179,7 @@ fn client(headers: &HeaderMap) -> String {
 
 /// Line of the log for a call, written when it ends. A call whose client disconnects leaves a line too.
 #[derive(Debug)]
-pub struct Line(Option<Call>);
+struct Line(Option<Call>);
 
 /// Facts about a call.
 #[derive(Debug)]
@@ -206,64 +222,6 @@ impl Line {
         );
         if matches!(denied, Denied::Role { .. }) {
             handle.audited(call);
-        }
-    }
-}
-
-/// Answer of an [`Authorized`] service.
-#[derive(Debug)]
-pub enum Answer<F> {
-    /// The service answers.
-    Passed {
-        /// Pending answer.
-        answer: F,
-        /// Rights of a stream, which ends when its token is revoked.
-        grant: Option<Arc<Grant>>,
-        /// Line to write when the call ends.
-        line: Option<Line>,
-    },
-    /// A refusal.
-    Denied {
-        /// Wait before the refusal is sent.
-        wait: Option<Pin<Box<Sleep>>>,
-        /// The refusal; `None` once it is sent.
-        refusal: Option<Response<Body>>,
-    },
-}
-
-impl<F> Future for Answer<F>
-where
-    F: Future<Output = Result<Response<Body>, Infallible>> + Unpin,
-{
-    type Output = F::Output;
-
-    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
-        match &mut *self {
-            Self::Denied { wait, refusal } => {
-                if let Some(wait) = wait {
-                    ready!(wait.as_mut().poll(context));
-                }
-                match refusal.take() {
-                    Some(refusal) => Poll::Ready(Ok(refusal)),
-                    None => Poll::Pending,
-                }
-            }
-            Self::Passed { answer, grant, line } => Pin::new(answer).poll(context).map_ok(|response| {
-                // Only a refusal has its status in the headers; a stream has its status at its end.
-                let refused = Status::from_header_map(response.headers());
-                let response = match (line.take(), refused, &grant) {
-                    (Some(mut line), None, Some(_)) => watched(response, move |status| line.write(status)),
-                    (Some(mut line), refused, _) => {
-                        line.write(&refused.unwrap_or_else(|| Status::ok("")));
-                        response
-                    }
-                    (None, ..) => response,
-                };
-                match grant.take() {
-                    Some(grant) => response.map(|body| Body::new(Revocable::new(body, &grant))),
-                    None => response,
-                }
-            }),
         }
     }
 }

@@ -1,18 +1,16 @@
 //! The camera service: requests for pictures, and tasks for renderers.
 
-use std::sync::Arc;
-
 use crate::service::status::OrStatus as _;
 use simd_proto::v1::{self, camera_service_server::CameraService};
 use tonic::{Request, Response, Status};
 
+use super::calls::handle_of;
 use super::file_part::part;
 use super::unread::Attachment;
 use crate::convert::field::Path;
 use crate::convert::from_proto::camera::{self as from_proto, Moment};
 use crate::convert::to_proto::{camera as to_proto, stamp};
 use simd_world::SimHandle;
-use simd_world::access::Grant;
 use simd_world::handle::{CallError, MeshKey};
 
 /// Serves `simd.v1.CameraService`.
@@ -25,11 +23,6 @@ impl Service {
     /// Serves the world of a handle.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
-    }
-
-    /// Returns a handle limited to the robots of the caller's token.
-    fn handle_of<M>(&self, request: &Request<M>) -> SimHandle {
-        self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref))
     }
 }
 
@@ -51,11 +44,12 @@ impl CameraService for Service {
         &self,
         request: Request<v1::GetPictureRequest>,
     ) -> Result<Response<v1::GetPictureResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let from_proto::Wanted { robot, sensor, moment, timeout } = from_proto::wanted(request.into_inner())?;
         let picture = match moment {
-            Moment::Present => self.handle.present_picture(&robot, &sensor, timeout).await.or_status()?,
+            Moment::Present => handle.present_picture(&robot, &sensor, timeout).await.or_status()?,
             Moment::Next { after } => {
-                self.handle.next_picture_of(&robot, &sensor, after, timeout).await.or_status()?
+                handle.next_picture_of(&robot, &sensor, after, timeout).await.or_status()?
             }
         };
         Ok(Response::new(v1::GetPictureResponse { picture: Some(to_proto::picture(&picture)) }))
@@ -65,8 +59,9 @@ impl CameraService for Service {
         &self,
         request: Request<v1::TakePictureRequest>,
     ) -> Result<Response<v1::TakePictureResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let (view, timeout) = from_proto::view(request.into_inner())?;
-        let picture = self.handle.take_picture(view, timeout).await.or_status()?;
+        let picture = handle.take_picture(view, timeout).await.or_status()?;
         Ok(Response::new(v1::TakePictureResponse { picture: Some(to_proto::picture(&picture)) }))
     }
 
@@ -74,7 +69,7 @@ impl CameraService for Service {
         &self,
         request: Request<v1::NextPictureRequest>,
     ) -> Result<Response<v1::NextPictureResponse>, Status> {
-        let handle = self.handle_of(&request);
+        let handle = handle_of(&self.handle, &request);
         let (renderer, timeout) = from_proto::renderer(request.into_inner())?;
         let task = handle.next_picture_task(&renderer, timeout).await.or_status()?;
         let most = self.handle.info().limits.message_bytes;
@@ -85,7 +80,7 @@ impl CameraService for Service {
         &self,
         request: Request<v1::PutPictureRequest>,
     ) -> Result<Response<v1::PutPictureResponse>, Status> {
-        let handle = self.handle_of(&request);
+        let handle = handle_of(&self.handle, &request);
         let from_proto::Put { id, renderer, drawn } = from_proto::put(request.into_inner())?;
         let accepted = handle.put_picture(id, &renderer, drawn).await.or_status()?;
         Ok(Response::new(v1::PutPictureResponse { accepted }))
@@ -95,9 +90,10 @@ impl CameraService for Service {
         &self,
         request: Request<v1::GetMeshRequest>,
     ) -> Result<Response<v1::GetMeshResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let request = request.into_inner();
         let sha256 = from_proto::mesh(&request)?;
-        let mesh = self.handle.meshes().get(&self.handle, MeshKey::Mesh(sha256)).await.or_status()?;
+        let mesh = handle.meshes().get(&handle, MeshKey::Mesh(sha256)).await.or_status()?;
         let mesh = mesh
             .ok_or_else(|| CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() })
             .or_status()?;

@@ -3,8 +3,9 @@
 use simd_proto::v1::{self, client_service_server::ClientService};
 use tonic::{Request, Response, Status};
 
+use super::calls::context;
 use simd_world::SimHandle;
-use simd_world::handle::{Caller, Client, TargetSource};
+use simd_world::handle::{Client, TargetSource};
 
 /// Serves `simd.v1.ClientService`.
 #[derive(Clone, Debug)]
@@ -25,11 +26,11 @@ impl ClientService for Service {
         &self,
         request: Request<v1::ListClientsRequest>,
     ) -> Result<Response<v1::ListClientsResponse>, Status> {
-        let asks = request.extensions().get::<Caller>();
+        let asks = context(request.extensions()).caller;
         let client = |Client { caller, idle }: Client| v1::ClientInfo {
             name: caller.name.to_string(),
             idle: idle.as_secs_f64(),
-            is_caller: asks == Some(&caller),
+            is_caller: asks.as_ref() == Some(&caller),
             transport: caller.transport.name().to_owned(),
         };
         let target = |TargetSource { robot, joint, client, age }: TargetSource| v1::TargetSource {

@@ -6,6 +6,7 @@ use simd_core::simulation::rays::check_rays;
 use simd_proto::v1::{self, contact_service_server::ContactService};
 use tonic::{Request, Response, Status};
 
+use super::calls::handle_of;
 use super::entity::{find, find_all};
 use super::kinematics::link_of;
 use crate::convert::field::Path;
@@ -47,6 +48,7 @@ impl ContactService for Service {
         &self,
         request: Request<v1::CastRaysRequest>,
     ) -> Result<Response<v1::CastRaysResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let v1::CastRaysRequest { rays, collision_mask } = request.into_inner();
         let rays = from_proto::rays(rays)?;
         // Checked before the wait for a permit.
@@ -55,7 +57,7 @@ impl ContactService for Service {
         let stamp = Some(stamp::published(&state));
         let cast =
             move |cancelled: &Cancelled| state.state.cast_rays(&rays, collision_mask, &|| cancelled.is_set());
-        let hits = self.handle.heavy(cast).await.or_status()?.map_err(CallError::World).or_status()?;
+        let hits = handle.heavy(cast).await.or_status()?.map_err(CallError::World).or_status()?;
         Ok(Response::new(v1::CastRaysResponse { stamp, hits: hits.into_iter().map(to_proto::hit).collect() }))
     }
 
@@ -63,6 +65,7 @@ impl ContactService for Service {
         &self,
         request: Request<v1::GetClosestPointsRequest>,
     ) -> Result<Response<v1::GetClosestPointsResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let v1::GetClosestPointsRequest { a, b, max_distance, nearest_only, filtered } = request.into_inner();
         let (a, b) = query::sides(a, b)?;
         let state = self.handle.newest();
@@ -75,7 +78,7 @@ impl ContactService for Service {
         };
         let stamp = Some(stamp::published(&state));
         let measure = move |cancelled: &Cancelled| state.state.distances(&query, &|| cancelled.is_set());
-        let pairs = self.handle.heavy(measure).await.or_status()?.map_err(CallError::World).or_status()?;
+        let pairs = handle.heavy(measure).await.or_status()?.map_err(CallError::World).or_status()?;
         let pairs = pairs.into_iter().map(to_query::closest).collect();
         Ok(Response::new(v1::GetClosestPointsResponse { stamp, pairs }))
     }
@@ -84,6 +87,7 @@ impl ContactService for Service {
         &self,
         request: Request<v1::FindOverlapsRequest>,
     ) -> Result<Response<v1::FindOverlapsResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let v1::FindOverlapsRequest { shape, pose, bounds_only } = request.into_inner();
         let (shape, pose) = query::shape(&Path::ROOT, shape, pose)?;
         let state = self.handle.newest();
@@ -91,7 +95,7 @@ impl ContactService for Service {
         let find = move |cancelled: &Cancelled| {
             state.state.overlaps(&shape, pose, bounds_only, &|| cancelled.is_set())
         };
-        let links = self.handle.heavy(find).await.or_status()?.map_err(CallError::World).or_status()?;
+        let links = handle.heavy(find).await.or_status()?.map_err(CallError::World).or_status()?;
         let links = links.into_iter().map(|(robot, link)| v1::LinkName { robot, link }).collect();
         Ok(Response::new(v1::FindOverlapsResponse { stamp, links }))
     }
@@ -100,6 +104,7 @@ impl ContactService for Service {
         &self,
         request: Request<v1::CastShapeRequest>,
     ) -> Result<Response<v1::CastShapeResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let v1::CastShapeRequest { shape, pose, translation } = request.into_inner();
         let (shape, pose) = query::shape(&Path::ROOT, shape, pose)?;
         let way = query::translation(translation)?;
@@ -107,7 +112,7 @@ impl ContactService for Service {
         let stamp = Some(stamp::published(&state));
         let cast =
             move |cancelled: &Cancelled| state.state.cast_shape(&shape, pose, way, &|| cancelled.is_set());
-        let hit = self.handle.heavy(cast).await.or_status()?.map_err(CallError::World).or_status()?;
+        let hit = handle.heavy(cast).await.or_status()?.map_err(CallError::World).or_status()?;
         Ok(Response::new(v1::CastShapeResponse { stamp, hit: Some(to_proto::hit(hit)) }))
     }
 
@@ -115,13 +120,14 @@ impl ContactService for Service {
         &self,
         request: Request<v1::GetLinkBoundsRequest>,
     ) -> Result<Response<v1::GetLinkBoundsResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let robots = robots(request.into_inner().robots)?;
         let state = self.handle.newest();
         let indices: Vec<usize> =
             find_all(&state, &robots).or_status()?.into_iter().map(|(index, _)| index).collect();
         let stamp = Some(stamp::published(&state));
         let find = move |cancelled: &Cancelled| state.state.bounds_of(&indices, &|| cancelled.is_set());
-        let found = self.handle.heavy(find).await.or_status()?.map_err(CallError::World).or_status()?;
+        let found = handle.heavy(find).await.or_status()?.map_err(CallError::World).or_status()?;
         let links = found.into_iter().map(|(robot, bounds)| to_query::bounds(&robot, bounds)).collect();
         Ok(Response::new(v1::GetLinkBoundsResponse { stamp, links }))
     }

@@ -24,17 +24,13 @@ use crate::convert::from_proto::sensor::beside;
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
 use crate::convert::{Selection, to_proto};
 use simd_world::SimHandle;
-use simd_world::handle::{CallError, Caller, Done, Published, RunState, SensorSelection, Transport};
+use simd_world::handle::{CallError, Done, Published, RunState, SensorSelection};
 
 /// One controller's stream.
 #[derive(Debug)]
 pub(super) struct Control {
     handle: SimHandle,
-    /// Transport of its requests.
-    transport: Transport,
     draining: CancellationToken,
-    /// Client that controls, if it identified itself.
-    caller: Option<Caller>,
     presented: Presented,
     requests: Streaming<v1::ControlRequest>,
     /// Joints in the answers, kept from request to request.
@@ -53,17 +49,13 @@ const WAIT: Duration = Duration::from_secs(1);
 impl Control {
     pub(super) fn new(
         handle: SimHandle,
-        transport: Transport,
-        caller: Option<Caller>,
         presented: Presented,
         requests: Streaming<v1::ControlRequest>,
     ) -> Self {
         let draining = handle.draining();
         Self {
             handle,
-            transport,
             draining,
-            caller,
             presented,
             requests,
             selection: Selection::default(),
@@ -107,7 +99,7 @@ impl Control {
     /// Counts a refusal like the refusal of a call.
     fn count(&self, explained: &Explained) {
         if let Some(method) = methods::find("JointService", "Control") {
-            self.handle.refused_beside_calls(method, self.transport, explained.how());
+            self.handle.refused_beside_calls(method, self.handle.call().transport, explained.how());
         }
     }
 
@@ -134,7 +126,7 @@ impl Control {
                 self.handle.renew(claim);
             }
         } else {
-            targets.source = Some(self.handle.target_source(self.caller.as_ref()));
+            targets.source = Some(self.handle.target_source());
             let done = self.handle.acting_for(claim?).command(Command::SetTargets(targets)).await?;
             after = after.max(self.before_shown(&done));
             clamped = match done.applied.reply {

@@ -3,14 +3,13 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use axum::extract::{Request, State};
+use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue};
-use axum::middleware::Next;
-use axum::response::Response;
 use simd_proto::methods;
 use simd_proto::v1::ErrorReason;
 use tokio::time::Instant;
 use tonic::body::Body;
+use tonic::codegen::http::Response;
 use tonic::{Code, Status};
 use tonic_types::StatusExt as _;
 use tracing::Instrument as _;
@@ -27,23 +26,23 @@ const ID_HEADER: HeaderName = HeaderName::from_static("x-request-id");
 /// Maximum length of a client's id, characters.
 const MAX_ID: usize = 64;
 
-/// World that counts calls, and the transport of calls whose extensions name none.
-pub(super) type Counter = (SimHandle, Transport);
-
 /// Counts one call. A method that the schema does not have is not counted.
-pub(super) async fn count(
-    State((handle, transport)): State<Counter>,
+pub(super) async fn count<F>(
+    handle: &SimHandle,
+    transport: Transport,
     request: Request,
-    next: Next,
-) -> Response {
-    let transport = request.extensions().get().copied().unwrap_or(transport);
+    next: impl FnOnce(Request) -> F,
+) -> Response<Body>
+where
+    F: Future<Output = Response<Body>>,
+{
     let (service, method) = methods::parse_path(request.uri().path()).unwrap_or_default();
-    let Some(method) = methods::find(service, method) else { return next.run(request).await };
+    let Some(method) = methods::find(service, method) else { return next(request).await };
     let begun = Instant::now();
     let id = id(&request);
     let span =
         tracing::info_span!("call", id = id.to_str().unwrap_or_default(), method = request.uri().path());
-    let mut response = next.run(request).instrument(span).await;
+    let mut response = next(request).instrument(span).await;
     response.headers_mut().insert(ID_HEADER, id);
     // Only a refusal has its status in the headers.
     let refusal = Status::from_header_map(response.headers()).filter(|status| status.code() != Code::Ok);
@@ -52,14 +51,14 @@ pub(super) async fn count(
     if !method.gives_many || refusal.is_some() {
         return response;
     }
-    let stream = handle.stream_begins(method, transport);
+    let (stream, handle) = (handle.stream_begins(method, transport), handle.clone());
     let mut is_counted = false;
-    let response = watched(response.map(Body::new), move |status| {
+    let response = watched(response, move |status| {
         if status.code() != Code::Ok && !std::mem::replace(&mut is_counted, true) {
             handle.refused_beside_calls(method, transport, (status.code().into(), reason(status)));
         }
     });
-    response.map(|body| axum::body::Body::new(Held::new(body, stream)))
+    response.map(|body| Body::new(Held::new(body, stream)))
 }
 
 /// Returns the id of a request: the client's if it is printable, otherwise a number of this process.

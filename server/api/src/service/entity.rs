@@ -12,6 +12,7 @@ use tokio::sync::watch;
 use tonic::{Request, Response, Status};
 
 use super::BoxStream;
+use super::calls::handle_of;
 use super::file_part::part;
 use super::once::once;
 use super::spawning::spawning;
@@ -21,7 +22,6 @@ use crate::convert::from_proto::{entity as from_proto, xacro};
 use crate::convert::to_proto::contact::{collision_filter, link_properties};
 use crate::convert::to_proto::{self, stamp};
 use simd_world::SimHandle;
-use simd_world::account::Account;
 use simd_world::handle::{CallError, Done, ExpandedXacro, Loaded, Published, Reloaded};
 use simd_world::loading::Progress;
 
@@ -100,8 +100,9 @@ impl EntityService for Service {
         &self,
         request: Request<v1::PrepareDescriptionRequest>,
     ) -> Result<Response<v1::PrepareDescriptionResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let (urdf, assets) = from_proto::prepare(request.into_inner())?;
-        let prepared = self.handle.prepare(urdf, assets).await.or_status()?;
+        let prepared = handle.prepare(urdf, assets).await.or_status()?;
         Ok(Response::new(to_proto::entity::prepared(prepared)))
     }
 
@@ -109,8 +110,9 @@ impl EntityService for Service {
         &self,
         request: Request<v1::ExpandXacroRequest>,
     ) -> Result<Response<v1::ExpandXacroResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let files = xacro::files(request.into_inner())?;
-        let ExpandedXacro { urdf, messages } = self.handle.expand_xacro(files).await.or_status()?;
+        let ExpandedXacro { urdf, messages } = handle.expand_xacro(files).await.or_status()?;
         Ok(Response::new(v1::ExpandXacroResponse { urdf: urdf.into_bytes(), messages }))
     }
 
@@ -118,8 +120,9 @@ impl EntityService for Service {
         &self,
         request: Request<v1::UploadAssetRequest>,
     ) -> Result<Response<v1::UploadAssetResponse>, Status> {
-        let (sha256, total, offset, data) = from_proto::upload(request.into_inner())?;
-        let received_bytes = self.handle.upload(sha256, total, offset, data).await.or_status()?;
+        let handle = handle_of(&self.handle, &request);
+        let part = from_proto::upload(request.into_inner())?;
+        let received_bytes = handle.upload(part).await.or_status()?;
         Ok(Response::new(v1::UploadAssetResponse { received_bytes }))
     }
 
@@ -127,10 +130,11 @@ impl EntityService for Service {
         &self,
         request: Request<v1::ValidateDescriptionRequest>,
     ) -> Result<Response<v1::ValidateDescriptionResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let request = request.into_inner();
         let source = from_proto::source(&Path::ROOT.field("source"), request.source)?;
         let scale = request.scale.unwrap_or(1.0);
-        let (report, summary, entity) = match self.handle.validate(source, scale).await {
+        let (report, summary, entity) = match handle.validate(source, scale).await {
             Ok(validated) => {
                 let entity =
                     validated.model.map(|model| to_proto::entity::described(&model, validated.description));
@@ -167,16 +171,15 @@ impl EntityService for Service {
         let request = Request::from_parts(metadata, extensions, spawn);
         let (say, heard) = watch::channel(Progress::default());
         let service = self.clone();
-        // A separate task: the robot is spawned even if the caller disconnects. A task does not inherit the
-        // account of its call.
-        let work = tokio::spawn(Account::current().scope(async move {
+        // A separate task: the robot is spawned even if the caller disconnects.
+        let work = tokio::spawn(async move {
             let own = service.clone();
             let spawned = once(&service.handle, request, |handle, request| async move {
                 let loaded = handle.spawn_reporting(from_proto::spawn(request)?, say).await?;
                 Ok(own.spawned(loaded)?)
             });
             spawned.await.map(Response::into_inner)
-        }));
+        });
         let work = async {
             work.await
                 .unwrap_or_else(|error| Err(CallError::Internal { message: error.to_string() }).or_status())
@@ -297,15 +300,16 @@ impl EntityService for Service {
         &self,
         request: Request<v1::GetAssetRequest>,
     ) -> Result<Response<v1::GetAssetResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let request = request.into_inner();
         let sha256 = from_proto::asset(&request)?;
-        let asset = match self.handle.asset(&sha256) {
+        let asset = match handle.asset(&sha256) {
             Some(asset) => Some(asset),
             None => {
                 let written = |mesh: ConvexMesh| {
                     (mesh.triangles.len() <= MAX_TEXT_TRIANGLES).then(|| to_proto::scene::obj(&mesh).into())
                 };
-                self.handle.with_collider(sha256, written).await.or_status()?.flatten()
+                handle.with_collider(sha256, written).await.or_status()?.flatten()
             }
         };
         let asset = asset

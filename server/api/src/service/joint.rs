@@ -2,7 +2,6 @@
 
 use crate::service::status::OrStatus as _;
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use futures_util::stream;
 use simd_core::{Command, Reply};
@@ -11,6 +10,7 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Request, Response, Status, Streaming};
 
 use super::authorization::may_take_over;
+use super::calls::handle_of;
 use super::claims::Presented;
 use super::control::Control;
 use super::once::{once, once_in_secret};
@@ -19,8 +19,7 @@ use crate::convert::from_proto::{joint as from_proto, sensor, state as from_prot
 use crate::convert::to_proto::entity::{link_poses as entity_link_poses, unchanged_link_poses};
 use crate::convert::{Selection, to_proto, to_proto::stamp};
 use simd_world::SimHandle;
-use simd_world::access::Grant;
-use simd_world::handle::{CallError, Caller, Disconnect, SensorSelection, Transport};
+use simd_world::handle::{CallError, Disconnect, SensorSelection};
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -61,10 +60,9 @@ impl JointService for Service {
         &self,
         request: Request<v1::SetJointTargetsRequest>,
     ) -> Result<Response<v1::SetJointTargetsResponse>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
         once(&self.handle, request, |handle, request| async move {
             let mut targets = from_proto::set_joint_targets(request)?;
-            targets.source = Some(handle.target_source(caller.as_ref()));
+            targets.source = Some(handle.target_source());
             let done = handle.command(Command::SetTargets(targets)).await?;
             let stamp = Some(stamp::done(&done));
             match done.applied.reply {
@@ -82,10 +80,9 @@ impl JointService for Service {
         &self,
         request: Request<v1::FollowTrajectoryRequest>,
     ) -> Result<Response<v1::FollowTrajectoryResponse>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
         once(&self.handle, request, |handle, request| async move {
             let mut trajectory = from_proto::follow_trajectory(request)?;
-            trajectory.source = Some(handle.target_source(caller.as_ref()));
+            trajectory.source = Some(handle.target_source());
             let done = handle.command(Command::FollowTrajectory(trajectory)).await?;
             let stamp = Some(stamp::done(&done));
             match done.applied.reply {
@@ -183,12 +180,9 @@ impl JointService for Service {
         &self,
         request: Request<Streaming<v1::ControlRequest>>,
     ) -> Result<Response<Self::ControlStream>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
+        let handle = handle_of(&self.handle, &request);
         let presented = Presented::of(request.extensions());
-        let handle = self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
-        // Recorded by the outer layer.
-        let transport = request.extensions().get().copied().unwrap_or(Transport::Handle);
-        let control = Control::new(handle, transport, caller, presented, request.into_inner());
+        let control = Control::new(handle, presented, request.into_inner());
         Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
     }
 

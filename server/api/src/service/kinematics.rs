@@ -13,6 +13,7 @@ use simd_model::robot::JointKind;
 use simd_proto::v1::{self, kinematics_service_server::KinematicsService};
 use tonic::{Request, Response, Status};
 
+use super::calls::handle_of;
 use super::{PublishedRobot, entity, joints_of};
 use crate::convert::from_proto::{entity as from_proto_entity, kinematics as from_proto};
 use crate::convert::to_proto::{kinematics as to_proto, stamp};
@@ -153,6 +154,7 @@ impl KinematicsService for Service {
         &self,
         request: Request<v1::GetMassMatrixRequest>,
     ) -> Result<Response<v1::GetMassMatrixResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let v1::GetMassMatrixRequest { robot, configuration } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
         let PublishedRobot { state, index, layout: entity, joints } =
@@ -160,11 +162,8 @@ impl KinematicsService for Service {
         let given = from_proto::configuration("configuration", configuration, &state.state, index, &entity)?;
         let columns = u32::try_from(entity.tree.velocity_count).unwrap_or(u32::MAX);
         let resistances = resistances(&entity, &joints);
-        let matrix = self
-            .handle
-            .heavy(move |_| inertia_matrix(&entity.tree, &given, &resistances))
-            .await
-            .or_status()?;
+        let matrix =
+            handle.heavy(move |_| inertia_matrix(&entity.tree, &given, &resistances)).await.or_status()?;
         let stamp = Some(stamp::published(&state));
         Ok(Response::new(v1::GetMassMatrixResponse { matrix, columns, stamp }))
     }
@@ -189,6 +188,7 @@ impl KinematicsService for Service {
         &self,
         request: Request<v1::ComputeInverseKinematicsRequest>,
     ) -> Result<Response<v1::ComputeInverseKinematicsResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let request = request.into_inner();
         let (robot, link) = from_proto::link(request.robot, request.link)?;
         let target = from_proto::target(request.target)?;
@@ -201,8 +201,7 @@ impl KinematicsService for Service {
         let movables = movables(&entity, &joints, &names).or_status()?;
         let (position, orientation) = (target.position, target.orientation);
         let goal = Goal { link: link_of(&entity, &link).or_status()?, point, position, orientation };
-        let found = self
-            .handle
+        let found = handle
             .heavy(move |cancelled: &Cancelled| {
                 let is_cancelled = || cancelled.is_set();
                 inverse_kinematics(&entity.tree, &guess, &goal, &movables, options, &is_cancelled)

@@ -4,10 +4,10 @@
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
 //!   [`constraint`], [`camera`], [`client`], [`recording`], [`rollout`], [`sensor`], [`view`]: one file per
 //!   service.
-//! * [`authorization`]: rights of callers.
-//! * `counted`: numbers of calls. [`callers`]: callers. [`claims`]: the claim that a call acts for.
+//! * `calls`: what each call passes before its service, and its context.
+//! * [`authorization`]: rights of callers. `limited`: the share of each client. `counted`: numbers of calls.
+//! * [`claims`]: the claim that a call acts for.
 //! * [`control`]: the stream for controllers.
-//! * [`limited`]: the share of each client.
 //! * `once`: requests that arrive more than once.
 //! * `spawning`: the stream that reports a spawn's progress.
 //! * [`status`]: refusals of calls.
@@ -16,7 +16,7 @@
 //! * [`version`]: supported versions of clients.
 
 pub mod authorization;
-pub mod callers;
+mod calls;
 pub mod camera;
 pub mod claims;
 pub mod client;
@@ -30,7 +30,7 @@ mod file_part;
 mod held;
 pub mod joint;
 pub mod kinematics;
-pub mod limited;
+mod limited;
 mod once;
 pub mod parameter;
 pub mod recording;
@@ -71,21 +71,19 @@ use tokio_stream::Stream;
 use tonic::Status;
 use tonic::service::Routes;
 
-use self::authorization::Authorized;
-use self::callers::RecordCaller;
-use self::limited::Limited;
-use self::transport::ExplainRefusals;
-use self::version::Versioned;
+use self::calls::Entrance;
 use simd_world::SimHandle;
-use simd_world::handle::{CallError, Published, Transport};
+use simd_world::account::Account;
+use simd_world::handle::{CallContext, CallError, Published, Transport};
 
 /// Answers of a stream.
 pub type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
 /// Returns all services. Each front-end serves these and has no other methods.
 pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
+    // A service that forgets the context of its call has the limits of an unknown client.
+    let handle = &handle.of_call(CallContext::of(Account::Unknown));
     let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX);
-    let checked = Checked { handle, transport };
     let simulation = simulation::Service::new(handle.clone());
     let camera = camera::Service::new(handle.clone());
     let client = client::Service::new(handle.clone());
@@ -101,45 +99,22 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let view = view::Service::new(handle.clone());
     let rollout = rollout::Service::new(handle.clone());
     let routes = Routes::default()
-        .add_service(
-            checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
-        )
-        .add_service(checked.service(CameraServiceServer::new(camera).max_decoding_message_size(limit)))
-        .add_service(checked.service(ClientServiceServer::new(client).max_decoding_message_size(limit)))
-        .add_service(
-            checked.service(ConstraintServiceServer::new(constraint).max_decoding_message_size(limit)),
-        )
-        .add_service(checked.service(ContactServiceServer::new(contact).max_decoding_message_size(limit)))
-        .add_service(checked.service(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
-        .add_service(checked.service(JointServiceServer::new(joint).max_decoding_message_size(limit)))
-        .add_service(checked.service(EventServiceServer::new(event).max_decoding_message_size(limit)))
-        .add_service(checked.service(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
-        .add_service(checked.service(RecordingServiceServer::new(recording).max_decoding_message_size(limit)))
-        .add_service(checked.service(SensorServiceServer::new(sensor).max_decoding_message_size(limit)))
-        .add_service(checked.service(ViewServiceServer::new(view).max_decoding_message_size(limit)))
-        .add_service(checked.service(RolloutServiceServer::new(rollout).max_decoding_message_size(limit)))
-        .add_service(
-            checked.service(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit)),
-        );
-    let counter = middleware::from_fn_with_state((handle.clone(), transport), counted::count);
-    routes.into_axum_router().layer(counter).into()
-}
-
-/// Layers around each service.
-struct Checked<'h> {
-    handle: &'h SimHandle,
-    transport: Transport,
-}
-
-impl Checked<'_> {
-    /// Wraps a service with its layers: version check, authorization, reasons for refusals, limits, record of
-    /// callers.
-    fn service<S>(&self, service: S) -> Versioned<Authorized<ExplainRefusals<Limited<RecordCaller<S>>>>> {
-        let (handle, transport) = (self.handle.clone(), self.transport);
-        let recorded = RecordCaller { service, handle: handle.clone(), transport };
-        let limited = Limited { service: recorded, handle: handle.clone(), transport };
-        Versioned(Authorized { service: ExplainRefusals(limited), handle, transport })
-    }
+        .add_service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit))
+        .add_service(CameraServiceServer::new(camera).max_decoding_message_size(limit))
+        .add_service(ClientServiceServer::new(client).max_decoding_message_size(limit))
+        .add_service(ConstraintServiceServer::new(constraint).max_decoding_message_size(limit))
+        .add_service(ContactServiceServer::new(contact).max_decoding_message_size(limit))
+        .add_service(EntityServiceServer::new(entity).max_decoding_message_size(limit))
+        .add_service(JointServiceServer::new(joint).max_decoding_message_size(limit))
+        .add_service(EventServiceServer::new(event).max_decoding_message_size(limit))
+        .add_service(ParameterServiceServer::new(parameter).max_decoding_message_size(limit))
+        .add_service(RecordingServiceServer::new(recording).max_decoding_message_size(limit))
+        .add_service(SensorServiceServer::new(sensor).max_decoding_message_size(limit))
+        .add_service(ViewServiceServer::new(view).max_decoding_message_size(limit))
+        .add_service(RolloutServiceServer::new(rollout).max_decoding_message_size(limit))
+        .add_service(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit));
+    let entrance = Entrance { handle: handle.clone(), transport };
+    routes.into_axum_router().route_layer(middleware::from_fn_with_state(entrance, calls::pass)).into()
 }
 
 /// A robot in one published state.

@@ -5,23 +5,21 @@
 
 use crate::service::status::OrStatus as _;
 use std::future::Future;
-use std::sync::Arc;
 
 use bytes::Bytes;
 use prost::Message as _;
 use simd_core::Error;
 use simd_model::robot::Sha256;
 use simd_proto::checked::{Identified, Known};
-use tonic::{Extensions, Request, Response, Status};
+use tonic::{Request, Response, Status};
 use tonic_types::pb;
 
+use super::calls::context;
 use super::claims::Presented;
 use super::status::Explained;
 use crate::convert::BadField;
 use simd_world::SimHandle;
-use simd_world::access::Grant;
-use simd_world::account::Account;
-use simd_world::handle::{CallError, Caller, IdentifiedRequest, Outcome, Peer, RobotNote, Scope};
+use simd_world::handle::{CallContext, CallError, IdentifiedRequest, Outcome, Peer, Scope};
 
 /// Cause of a refusal: a field, or the execution.
 #[derive(Debug)]
@@ -104,19 +102,14 @@ where
     A: Known,
     W: Future<Output = Result<A, Refused>> + Send + 'static,
 {
-    let identified = identified(&request, is_secret).or_status()?;
+    let call = context(request.extensions());
+    let identified = identified(&request, &call, is_secret).or_status()?;
     let claim = Presented::of(request.extensions()).claim(handle, request.get_ref().claim());
     // Renewed here and not only by its commands: a retry that is answered from memory renews it too.
     if let Ok(Some(claim)) = &claim {
         handle.renew(*claim);
     }
-    let caller = request.extensions().get::<Caller>().cloned();
-    let extensions = request.extensions();
-    let handle_of = handle
-        .within(extensions.get::<Arc<Grant>>().map(Arc::as_ref))
-        .of_account(extensions.get::<Account>())
-        .noting(extensions.get::<RobotNote>().cloned());
-    let handle_of = |claim| handle_of.acting_for(claim).called_by(caller.as_ref());
+    let handle_of = |claim| handle.of_call(CallContext { claim, ..call });
     let work = claim.map(|claim| work(handle_of(claim), request.into_inner()));
     let Some(identified) = identified else { return Ok(Response::new(work.or_status()?.await?)) };
     let outcome =
@@ -134,6 +127,7 @@ where
 /// Returns the identity of a request; `None` if it has no id.
 fn identified<M: Identified>(
     request: &Request<M>,
+    call: &CallContext,
     is_secret: bool,
 ) -> Result<Option<IdentifiedRequest>, CallError> {
     let message = request.get_ref();
@@ -141,20 +135,19 @@ fn identified<M: Identified>(
     if id.is_empty() {
         return Ok(None);
     }
-    let peer = request.extensions().get::<Peer>();
     Ok(Some(IdentifiedRequest {
-        scope: scope(request.extensions(), peer)?,
+        scope: scope(call)?,
         kind: M::NAME,
         id: id.to_owned(),
         // Equal messages have equal bytes: maps are ordered.
         digest: Sha256::of(&message.encode_to_vec()),
-        peer: peer.filter(|peer| peer.is_certain()).cloned(),
+        peer: call.peer.clone().filter(Peer::is_certain),
         is_secret,
     }))
 }
 
-fn scope(extensions: &Extensions, peer: Option<&Peer>) -> Result<Scope, CallError> {
-    match (extensions.get::<Caller>(), peer) {
+fn scope(call: &CallContext) -> Result<Scope, CallError> {
+    match (&call.caller, &call.peer) {
         (Some(caller), _) => Ok(Scope::Named(caller.clone())),
         (None, Some(peer)) => Ok(Scope::Unnamed(peer.clone())),
         (None, None) => Err(CallError::InvalidValue {

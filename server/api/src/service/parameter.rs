@@ -11,7 +11,7 @@ use super::once::once;
 use crate::convert::from_proto::parameter::{self as from_proto, Added};
 use crate::convert::to_proto::{parameter as to_proto, stamp};
 use simd_world::SimHandle;
-use simd_world::handle::{CallError, Caller, ParameterList};
+use simd_world::handle::{CallError, ParameterList};
 
 /// Serves `simd.v1.ParameterService`.
 #[derive(Clone, Debug)]
@@ -58,10 +58,9 @@ impl ParameterService for Service {
         &self,
         request: Request<v1::SetParametersRequest>,
     ) -> Result<Response<v1::SetParametersResponse>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
         once(&self.handle, request, |handle, request| async move {
             let changes = from_proto::changes(request.changes)?;
-            let set = handle.move_parameters(&changes, caller.as_ref()).await?;
+            let set = handle.move_parameters(&changes).await?;
             let parameters = set.iter().map(to_proto::parameter).collect();
             Ok(v1::SetParametersResponse { parameters, stamp: now(&handle) })
         })

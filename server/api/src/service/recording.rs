@@ -5,6 +5,7 @@ use simd_core::Moment;
 use simd_proto::v1::{self, recording_service_server::RecordingService};
 use tonic::{Request, Response, Status};
 
+use super::calls::handle_of;
 use super::once::once;
 use crate::convert::from_proto::recording as from_proto;
 use crate::convert::to_proto::{recording as to_proto, stamp};
@@ -60,9 +61,10 @@ impl RecordingService for Service {
 
     async fn list_recordings(
         &self,
-        _request: Request<v1::ListRecordingsRequest>,
+        request: Request<v1::ListRecordingsRequest>,
     ) -> Result<Response<v1::ListRecordingsResponse>, Status> {
-        let recordings = self.handle.recordings().await.or_status()?;
+        let handle = handle_of(&self.handle, &request);
+        let recordings = handle.recordings().await.or_status()?;
         let recordings = recordings.into_iter().map(to_proto::recording).collect();
         Ok(Response::new(v1::ListRecordingsResponse { recordings }))
     }
@@ -71,8 +73,9 @@ impl RecordingService for Service {
         &self,
         request: Request<v1::GetRecordingRequest>,
     ) -> Result<Response<v1::GetRecordingResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let name = from_proto::name("name", request.into_inner().name)?;
-        let (info, contents) = self.handle.recording_contents(name).await.or_status()?;
+        let (info, contents) = handle.recording_contents(name).await.or_status()?;
         Ok(Response::new(to_proto::contents(info, contents)))
     }
 
@@ -80,11 +83,12 @@ impl RecordingService for Service {
         &self,
         request: Request<v1::ReadRecordingRequest>,
     ) -> Result<Response<v1::ReadRecordingResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let v1::ReadRecordingRequest { name, file, offset, max_bytes } = request.into_inner();
         let name = from_proto::name("name", name)?;
         let most = if max_bytes == 0 { MAX_PART } else { max_bytes.min(MAX_PART) };
         let most = usize::try_from(most).unwrap_or(usize::MAX);
-        let (data, total_bytes) = self.handle.read_recording(name, file, offset, most).await.or_status()?;
+        let (data, total_bytes) = handle.read_recording(name, file, offset, most).await.or_status()?;
         Ok(Response::new(v1::ReadRecordingResponse { data, total_bytes }))
     }
 

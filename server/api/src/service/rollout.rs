@@ -15,11 +15,11 @@ use tokio_util::task::AbortOnDropHandle;
 use tonic::{Request, Response, Status};
 
 use super::BoxStream;
+use super::calls::handle_of;
 use super::status::Explained;
 use crate::convert::from_proto::rollout as from_proto;
 use crate::convert::to_proto::rollout::{ARRAYS, numbers, result};
 use simd_world::SimHandle;
-use simd_world::account::Account;
 use simd_world::handle::{CallError, CopiesDone, RolloutAnswer, RolloutFrom};
 
 /// Time between two progress reports.
@@ -51,19 +51,20 @@ impl RolloutService for Service {
         &self,
         request: Request<v1::RolloutRequest>,
     ) -> Result<Response<Self::RolloutStream>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let (saved_state, request) = from_proto::rollout(request.into_inner())?;
         let from = match saved_state.is_empty() {
             true => RolloutFrom::Present,
             false => RolloutFrom::Saved(saved_state),
         };
         let (copies, done) = (request.copies, CopiesDone::default());
-        let (handle, of_work) = (self.handle.clone(), Arc::clone(&done));
+        let of_work = Arc::clone(&done);
         // A separate task: a stream is not polled while its client does not read, and a stopped rollout would
-        // block all others. A task does not inherit the account of its call.
-        let work = Account::current().scope(async move {
+        // block all others.
+        let work = async move {
             let answer = handle.rollout(from, request, of_work).await?;
             Ok::<_, CallError>((result(&answer), Parts::of(answer)))
-        });
+        };
         let work = AbortOnDropHandle::new(tokio::spawn(work));
         let begun = Stage::Computing { work, done, copies };
         Ok(Response::new(Box::pin(stream::try_unfold(begun, Stage::next))))

@@ -2,7 +2,6 @@
 
 use crate::service::status::OrStatus as _;
 use std::collections::BTreeSet;
-use std::sync::Arc;
 use std::time::Duration;
 
 use simd_core::simulation::command::SavedStateInfo;
@@ -11,6 +10,7 @@ use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
 use super::authorization::may_take_over;
+use super::calls::{context, handle_of};
 use super::joint::no_connection;
 use super::mismatched;
 use super::once::{once, once_in_secret};
@@ -21,8 +21,7 @@ use crate::convert::to_proto::{
     simulation as to_proto, stamp,
 };
 use simd_world::SimHandle;
-use simd_world::access::Grant;
-use simd_world::handle::{Caller, Disconnect};
+use simd_world::handle::Disconnect;
 
 /// Longest wait of the answer to a step for range readings of its state.
 const WAIT_FOR_RANGES: Duration = Duration::from_secs(1);
@@ -50,8 +49,8 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::GetSimulatorInfoRequest>,
     ) -> Result<Response<v1::GetSimulatorInfoResponse>, Status> {
-        let grant = request.extensions().get::<Arc<Grant>>();
-        Ok(Response::new(to_proto::simulator_info(self.handle.info(), grant.map(Arc::as_ref))))
+        let grant = context(request.extensions()).grant;
+        Ok(Response::new(to_proto::simulator_info(self.handle.info(), grant.as_deref())))
     }
 
     async fn get_simulation_state(
@@ -80,14 +79,13 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::StepSimulationRequest>,
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
         once(&self.handle, request, |handle, mut request| async move {
             let sensors = beside(std::mem::take(&mut request.sensors))?;
             handle.readings_beside(&sensors)?;
             let Steps { steps, member, mut targets, mut selection, with_links, with_contacts, all } =
                 from_proto::steps(request)?;
             if let Some(targets) = &mut targets {
-                targets.source = Some(handle.target_source(caller.as_ref()));
+                targets.source = Some(handle.target_source());
             }
             // No step is made if its answer cannot be given.
             if let Some(selection) = &mut selection {
@@ -133,14 +131,14 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::JoinLockstepRequest>,
     ) -> Result<Response<v1::JoinLockstepResponse>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
         let disconnect = request.extensions().get::<Disconnect>().cloned();
         once_in_secret(&self.handle, request, |handle, request| async move {
             let until = match request.until_disconnect {
                 true => Some(disconnect.ok_or_else(no_connection)?.0),
                 false => None,
             };
-            let client = caller.map(|caller| caller.name).unwrap_or_default();
+            let caller = handle.call().caller.as_ref();
+            let client = caller.map(|caller| caller.name.clone()).unwrap_or_default();
             let timeout = from_proto::lockstep_timeout(&request)?;
             let (member, members) = handle.join_lockstep(&client, timeout, until)?;
             let members = to_proto::lockstep_members(members);
@@ -275,8 +273,9 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::ExportSavedStateRequest>,
     ) -> Result<Response<v1::ExportSavedStateResponse>, Status> {
+        let handle = handle_of(&self.handle, &request);
         let name = from_proto::saved_state_name(request.into_inner().name)?;
-        let (sha256, total_bytes) = self.handle.export_saved_state(name).await.or_status()?;
+        let (sha256, total_bytes) = handle.export_saved_state(name).await.or_status()?;
         Ok(Response::new(v1::ExportSavedStateResponse { sha256: sha256.to_string(), total_bytes }))
     }
 

@@ -23,10 +23,11 @@ use super::claims::Proven;
 use super::{joint, routes};
 use crate::convert::test_world;
 use simd_world::SimHandle;
+use simd_world::account::Account;
 use simd_world::blocking_threads::BlockingThreads;
 use simd_world::driver::fake_world::BlockedWorld;
 use simd_world::driver::{self, Config};
-use simd_world::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
+use simd_world::handle::{CallContext, Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use simd_world::loading::Loader;
 
 /// Methods that change something. A method in neither list fails the test.
@@ -318,9 +319,11 @@ async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() 
     let request = ClaimRequest { holder: "me".into(), ..ClaimRequest::default() };
     let (secret, _done) = handle.claim(request, Duration::from_secs(60), None).await.unwrap();
     let claim = handle.claim_of(&secret).unwrap();
+    let caller = Caller::said("me", Transport::Zenoh);
+    let call = CallContext { caller, transport: Transport::Zenoh, ..CallContext::of(Account::Unknown) };
     let named = |proven: Proven, message: v1::SetJointTargetsRequest| {
         let mut request = Request::new(message);
-        request.extensions_mut().insert(Caller::said("me", Transport::Zenoh).unwrap());
+        request.extensions_mut().insert(call.clone());
         request.extensions_mut().insert(proven);
         request
     };
@@ -347,11 +350,11 @@ async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() 
         request_id: request_id.into(),
     };
     let mut stolen = Request::new(release("d"));
-    stolen.extensions_mut().insert(Caller::said("me", Transport::Zenoh).unwrap());
+    stolen.extensions_mut().insert(call.clone());
     stolen.extensions_mut().insert(Proven::Nothing);
     assert!(service.release_joints(stolen).await.is_err());
     let mut own = Request::new(release("d"));
-    own.extensions_mut().insert(Caller::said("me", Transport::Zenoh).unwrap());
+    own.extensions_mut().insert(call.clone());
     own.extensions_mut().insert(Proven::Claim(claim));
     service.release_joints(own).await.unwrap();
     handle.end_driver();

@@ -2,65 +2,21 @@
 //! on every refusal. Examples are a message that is too long, bytes that are not a message, and an unknown
 //! method.
 
-use std::convert::Infallible;
-use std::pin::Pin;
-use std::task::{Context, Poll};
-
 use prost::Message as _;
 use simd_proto::v1::ErrorReason;
 use tonic::body::Body;
-use tonic::codegen::Service;
-use tonic::codegen::http::{Request, Response};
-use tonic::server::NamedService;
+use tonic::codegen::http::Response;
 use tonic::{Code, Status};
 use tonic_types::pb;
 
 use super::status::Explained;
 
-/// A service whose refusals all have a reason.
-#[derive(Clone, Debug)]
-pub struct ExplainRefusals<S>(pub S);
-
-impl<S: NamedService> NamedService for ExplainRefusals<S> {
-    const NAME: &'static str = S::NAME;
-}
-
-impl<S> Service<Request<Body>> for ExplainRefusals<S>
-where
-    S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
-    S::Future: Unpin,
-{
-    type Response = Response<Body>;
-    type Error = Infallible;
-    type Future = Answer<S::Future>;
-
-    fn poll_ready(&mut self, context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
-        self.0.poll_ready(context)
-    }
-
-    fn call(&mut self, request: Request<Body>) -> Self::Future {
-        Answer(self.0.call(request))
-    }
-}
-
-/// Answer of an [`ExplainRefusals`] service.
-#[derive(Debug)]
-pub struct Answer<F>(F);
-
-impl<F> Future for Answer<F>
-where
-    F: Future<Output = Result<Response<Body>, Infallible>> + Unpin,
-{
-    type Output = F::Output;
-
-    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
-        Pin::new(&mut self.0).poll(context).map_ok(|response| {
-            // Only a refusal has its status in the headers; other answers have it after the answer.
-            match Status::from_header_map(response.headers()) {
-                Some(status) if status.details().is_empty() => with_reason(status).into_http(),
-                Some(_) | None => response,
-            }
-        })
+/// Returns the same answer; a refusal without details gets them.
+pub(super) fn explained(answer: Response<Body>) -> Response<Body> {
+    // Only a refusal has its status in the headers; other answers have it after the answer.
+    match Status::from_header_map(answer.headers()) {
+        Some(status) if status.details().is_empty() => with_reason(status).into_http(),
+        Some(_) | None => answer,
     }
 }
 

@@ -1,16 +1,9 @@
 //! Refuses clients of another version, before their request is read.
 
-use std::convert::Infallible;
-use std::future::{Ready, ready};
-use std::pin::Pin;
-use std::task::{Context, Poll};
-
+use axum::extract::Request;
 use simd_proto::{API_VERSION, API_VERSION_HEADER, ApiVersion};
 use tonic::Status;
-use tonic::body::Body;
-use tonic::codegen::Service;
-use tonic::codegen::http::{HeaderMap, Request, Response};
-use tonic::server::NamedService;
+use tonic::codegen::http::HeaderMap;
 
 use super::status::Explained;
 use crate::convert::field::Path;
@@ -18,58 +11,9 @@ use crate::convert::field::Path;
 /// Method for clients of any version, so that they can find out which side is older.
 const FOR_ALL: &str = "/simd.v1.SimulationService/GetSimulatorInfo";
 
-/// A service that only clients of a supported version reach.
-#[derive(Clone, Debug)]
-pub struct Versioned<S>(pub S);
-
-impl<S: NamedService> NamedService for Versioned<S> {
-    const NAME: &'static str = S::NAME;
-}
-
-impl<S> Service<Request<Body>> for Versioned<S>
-where
-    S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
-    S::Future: Unpin,
-{
-    type Response = Response<Body>;
-    type Error = Infallible;
-    type Future = Checked<S::Future>;
-
-    fn poll_ready(&mut self, context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
-        self.0.poll_ready(context)
-    }
-
-    fn call(&mut self, request: Request<Body>) -> Self::Future {
-        if request.uri().path() != FOR_ALL
-            && let Err(status) = check(request.headers())
-        {
-            return Checked::Refused(ready(Ok(status.into_http())));
-        }
-        Checked::Passed(self.0.call(request))
-    }
-}
-
-/// Answer of a [`Versioned`] service.
-#[derive(Debug)]
-pub enum Checked<F> {
-    /// The service answers.
-    Passed(F),
-    /// A refusal.
-    Refused(Ready<Result<Response<Body>, Infallible>>),
-}
-
-impl<F> Future for Checked<F>
-where
-    F: Future<Output = Result<Response<Body>, Infallible>> + Unpin,
-{
-    type Output = F::Output;
-
-    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
-        match &mut *self {
-            Self::Passed(answer) => Pin::new(answer).poll(context),
-            Self::Refused(answer) => Pin::new(answer).poll(context),
-        }
-    }
+/// Accepts a call whose client has a supported version, or that is for all versions.
+pub(super) fn check_call(request: &Request) -> Result<(), Status> {
+    if request.uri().path() == FOR_ALL { Ok(()) } else { check(request.headers()) }
 }
 
 /// Accepts a supported version; a client without a version is accepted too.

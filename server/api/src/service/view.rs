@@ -6,12 +6,13 @@ use tokio::time::Instant;
 use tonic::{Request, Response, Status};
 
 use super::authorization::may_take_over;
+use super::calls::context;
 use super::joint::no_connection;
 use super::once::once;
 use crate::convert::from_proto::view as from_proto;
 use crate::convert::to_proto::view as to_proto;
 use simd_world::SimHandle;
-use simd_world::handle::{CallError, Caller, Disconnect};
+use simd_world::handle::{CallError, Disconnect};
 
 /// Serves `simd.v1.ViewService`.
 #[derive(Clone, Debug)]
@@ -81,7 +82,7 @@ impl ViewService for Service {
         &self,
         request: Request<v1::NextViewRequest>,
     ) -> Result<Response<v1::NextViewResponse>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
+        let caller = context(request.extensions()).caller;
         let request = request.into_inner();
         let timeout = from_proto::next_timeout(request.timeout)?;
         let change =
@@ -93,7 +94,7 @@ impl ViewService for Service {
         &self,
         request: Request<v1::ReportViewRequest>,
     ) -> Result<Response<v1::ReportViewResponse>, Status> {
-        let page = request.extensions().get::<Caller>().cloned().ok_or_else(no_name).or_status()?;
+        let page = context(request.extensions()).caller.ok_or_else(no_name).or_status()?;
         let v1::ReportViewRequest { camera, followed_version, input } = request.into_inner();
         let (camera, input) = (camera.map(from_proto::camera).transpose()?, from_proto::input(input)?);
         self.handle.report_camera(&page, camera, followed_version);
@@ -137,7 +138,7 @@ impl ViewService for Service {
         &self,
         request: Request<v1::NextInputRequest>,
     ) -> Result<Response<v1::NextInputResponse>, Status> {
-        let caller = request.extensions().get::<Caller>().cloned();
+        let caller = context(request.extensions()).caller;
         let request = request.into_inner();
         let timeout = from_proto::next_timeout(request.timeout)?;
         let input =

@@ -129,29 +129,30 @@ impl SimHandle {
         }
     }
 
-    /// Counts a call of a client.
+    /// Counts a call of this handle's client.
     ///
     /// # Errors
     /// Returns an error if the client has used its share of this second.
-    pub fn count_call(&self, account: &Account) -> Result<(), CallError> {
-        self.inner.accounts.call(account, Instant::now())
+    pub fn count_call(&self) -> Result<(), CallError> {
+        self.inner.accounts.call(&self.call.account, Instant::now())
     }
 
     /// Refuses a value above the share of this handle's client.
     pub(super) fn check_share(&self, what: &str, value: usize, limit: usize) -> Result<(), CallError> {
-        if self.account == Account::Process || value <= limit {
+        let account = &self.call.account;
+        if *account == Account::Process || value <= limit {
             return Ok(());
         }
-        let what = format!("{what} of {}", self.account);
+        let what = format!("{what} of {account}");
         Err(CallError::LimitExceeded { what, value: value as u64, limit: limit as u64 })
     }
 
-    /// Counts a stream of a client, until the result is dropped.
+    /// Counts a stream of this handle's client, until the result is dropped.
     ///
     /// # Errors
     /// Returns an error if the client has used its share.
-    pub fn count_stream(&self, account: &Account) -> Result<Option<ClientStream>, CallError> {
-        self.inner.accounts.stream(account, Instant::now())
+    pub fn count_stream(&self) -> Result<Option<ClientStream>, CallError> {
+        self.inner.accounts.stream(&self.call.account, Instant::now())
     }
 }
 

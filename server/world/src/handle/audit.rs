@@ -36,15 +36,9 @@ impl RobotNote {
 }
 
 impl SimHandle {
-    /// Returns a handle that notes its call's robots there.
-    #[must_use]
-    pub fn noting(&self, note: Option<RobotNote>) -> Self {
-        Self { note, ..self.clone() }
-    }
-
     /// Notes robots that the call concerns.
     pub(super) fn note_robots<'r>(&self, robots: impl IntoIterator<Item = &'r str>) {
-        if let Some(note) = &self.note {
+        if let Some(note) = &self.call.note {
             note.add(robots);
         }
     }

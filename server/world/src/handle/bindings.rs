@@ -7,7 +7,7 @@ use simd_core::simulation::command::{Command, JointTarget, RobotTargets, SetTarg
 use simd_model::robot::JointKind;
 
 use super::parameters::checked_change;
-use super::{CallError, Caller, NameTaken, Parameter, ParameterChange, ParameterKind, SimHandle};
+use super::{CallError, NameTaken, Parameter, ParameterChange, ParameterKind, SimHandle};
 
 /// Quantity of a joint that a slider sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,14 +75,10 @@ impl SimHandle {
     /// # Errors
     /// As [`set_parameters`](Self::set_parameters), and if the world refuses the targets; then nothing is
     /// moved.
-    pub async fn move_parameters(
-        &self,
-        changes: &[ParameterChange],
-        caller: Option<&Caller>,
-    ) -> Result<Vec<Parameter>, CallError> {
+    pub async fn move_parameters(&self, changes: &[ParameterChange]) -> Result<Vec<Parameter>, CallError> {
         let robots = self.bound_targets(changes)?;
         if !robots.is_empty() {
-            let source = Some(self.target_source(caller));
+            let source = Some(self.target_source());
             self.command(Command::SetTargets(SetTargets { robots, source, ..SetTargets::default() })).await?;
         }
         self.set_parameters(changes)

@@ -141,7 +141,7 @@ impl From<Unproven> for CallError {
 impl SimHandle {
     /// The holder's name with its token: people ask the owner of a token to let go.
     fn named_holder(&self, holder: String) -> String {
-        match &self.account {
+        match &self.call.account {
             Account::Token(token) if **token != *holder => format!("{holder} (token {token})"),
             _ => holder,
         }
@@ -150,7 +150,7 @@ impl SimHandle {
     /// Refuses a client if another one has claimed the world.
     pub(super) fn check_world_of_client(&self) -> Result<(), CallError> {
         match &self.newest().state.claimed_by {
-            Some(holder) if !self.inner.leases.has_world(&self.account) => {
+            Some(holder) if !self.inner.leases.has_world(&self.call.account) => {
                 Err(simd_core::Error::WorldClaimed { holder: holder.to_string() }.into())
             }
             _ => Ok(()),
@@ -183,7 +183,7 @@ impl SimHandle {
         let over = CancellationToken::new();
         {
             let mut running = self.inner.leases.lock();
-            let own = running.values().filter(|lease| lease.account == self.account).count();
+            let own = running.values().filter(|lease| lease.account == self.call.account).count();
             self.check_share("the number of claims", own + 1, self.info().limits.claims_of_client)?;
             let limit = self.info().limits.claims;
             if running.len() >= limit {
@@ -194,7 +194,7 @@ impl SimHandle {
                 });
             }
             let ends = Instant::now() + lease;
-            let (account, secret) = (self.account.clone(), secret.as_str().into());
+            let (account, secret) = (self.call.account.clone(), secret.as_str().into());
             let _over = over.clone().drop_guard();
             let of_world = request.world;
             running
@@ -228,7 +228,7 @@ impl SimHandle {
     /// # Errors
     /// Returns an error if the claim does not exist (any more).
     pub async fn release(&self) -> Result<Done, CallError> {
-        let claim = self.claim.ok_or(CallError::from(Unproven::NotFound))?;
+        let claim = self.call.claim.ok_or(CallError::from(Unproven::NotFound))?;
         let done = self.command(Command::Release { claim, cause: ReleaseCause::Released }).await?;
         self.inner.leases.lock().remove(&claim);
         Ok(done)
@@ -258,7 +258,7 @@ impl SimHandle {
 
     /// Returns the claim that this handle acts for, and restarts its lease.
     pub(super) fn renewed_claim(&self) -> Option<ClaimId> {
-        self.claim.inspect(|claim| self.renew(*claim))
+        self.call.claim.inspect(|claim| self.renew(*claim))
     }
 
     /// Restarts the lease of a claim, if the claim exists.
@@ -270,12 +270,13 @@ impl SimHandle {
     /// that a lease of an hour does not keep a daemon alive.
     async fn watch_lease(self, claim: ClaimId, over: CancellationToken, until: Option<CancellationToken>) {
         // An absent token is replaced by one that is never cancelled.
-        let (until, revoked) = (until.unwrap_or_default(), self.revoked.clone().unwrap_or_default());
+        let revoked = self.call.grant.as_ref().map(|grant| grant.revoked.clone());
+        let (until, revoked) = (until.unwrap_or_default(), revoked.unwrap_or_default());
         let (weak, draining) = (Arc::downgrade(&self.inner), self.draining());
         drop(self);
         loop {
             let Some(inner) = weak.upgrade() else { return };
-            let handle = Self::of_everybody(inner);
+            let handle = Self::of_daemon(inner);
             let Some(ends) = handle.inner.leases.end(claim) else { return };
             let is_over = ends <= Instant::now() || revoked.is_cancelled();
             let cause = match until.is_cancelled() {

@@ -11,6 +11,7 @@ use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 use super::SimHandle;
+use crate::account::Account;
 
 /// Time for which a client counts as present after its last call.
 const STAYS: Duration = Duration::from_secs(5);
@@ -75,6 +76,16 @@ impl Peer {
         match self {
             Self::Connection { .. } | Self::Process => true,
             Self::Session(_) => false,
+        }
+    }
+}
+
+impl From<&Peer> for Account {
+    fn from(peer: &Peer) -> Self {
+        match peer {
+            Peer::Connection { number, address } => Self::of_connection(*number, *address),
+            Peer::Session(id) => Self::Session(Arc::clone(id)),
+            Peer::Process => Self::Process,
         }
     }
 }
@@ -215,9 +226,9 @@ impl SimHandle {
         self.inner.clients.list()
     }
 
-    /// Returns the source of targets that this caller sets now; `None` is a caller without a name.
-    pub fn target_source(&self, caller: Option<&Caller>) -> Arc<target_sources::TargetSource> {
-        let client = caller.map(|caller| caller.name.clone()).unwrap_or_default();
+    /// Returns the source of targets that this handle's caller sets now.
+    pub fn target_source(&self) -> Arc<target_sources::TargetSource> {
+        let client = self.call.sender().unwrap_or_default();
         Arc::new(target_sources::TargetSource { client, at: self.inner.started.elapsed() })
     }
 

@@ -21,7 +21,8 @@ pub use self::reload::Reloaded;
 use super::{CallError, SimHandle};
 use crate::driver::{Done, Entry, ReportEntry};
 use crate::loading::{
-    ExpandedXacro, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, XacroFiles, summary,
+    ExpandedXacro, FilePart, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which,
+    XacroFiles, summary,
 };
 
 /// Request for a robot.
@@ -98,7 +99,7 @@ impl SimHandle {
         urdf: Bytes,
         assets: BTreeMap<String, Sha256>,
     ) -> Result<Prepared, CallError> {
-        self.loader().prepare(urdf, assets).await
+        self.loader().prepare(&self.call.account, urdf, assets).await
     }
 
     /// Expands a xacro file to a URDF.
@@ -106,7 +107,7 @@ impl SimHandle {
     /// # Errors
     /// Returns an error if the files are too large in total, or the xacro is invalid.
     pub async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
-        self.loader().expand_xacro(files).await
+        self.loader().expand_xacro(&self.call.account, files).await
     }
 
     /// Stores a part of an uploaded file; returns the number of received bytes.
@@ -114,14 +115,8 @@ impl SimHandle {
     /// # Errors
     /// Returns an error if the file is too large, parts do not match, or the whole file does not have the
     /// hash.
-    pub async fn upload(
-        &self,
-        sha256: Sha256,
-        total: u64,
-        offset: u64,
-        data: Bytes,
-    ) -> Result<u64, CallError> {
-        self.loader().upload(sha256, total, offset, data).await
+    pub async fn upload(&self, part: FilePart) -> Result<u64, CallError> {
+        self.loader().upload(&self.call.account, part).await
     }
 
     /// Reads a description like a spawn, but only returns the report.
@@ -129,7 +124,7 @@ impl SimHandle {
     /// # Errors
     /// Returns an error if its bytes are not available.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        self.loader().validate(source, scale).await
+        self.loader().validate(&self.call.account, source, scale).await
     }
 
     /// Spawns a robot.
@@ -177,7 +172,10 @@ impl SimHandle {
             "" => Which::All,
             model => Which::One(model.to_owned()),
         };
-        let all = self.loader().load_with_srdf(origin, which, srdf, options, reporter.clone()).await?;
+        let all = self
+            .loader()
+            .load_with_srdf(&self.call.account, origin, which, srdf, options, reporter.clone())
+            .await?;
         let is_alone = all.len() == 1;
         let mut spawns = Vec::with_capacity(all.len());
         let mut report = LoadReport::default();
@@ -279,7 +277,7 @@ impl SimHandle {
         look: &Sha256,
         work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
     ) -> Result<Option<T>, CallError> {
-        self.loader().with_mesh(look, work).await
+        self.loader().with_mesh(&self.call.account, look, work).await
     }
 
     /// Runs long work on a convex collider of a robot, on threads that delay no other call; `None` if no
@@ -297,7 +295,7 @@ impl SimHandle {
         let Some(collider) = robots.find_map(|robot| robot.shapes.convex_mesh(&sha256)) else {
             return Ok(None);
         };
-        self.loader().off_thread(move || work(collider)).await.map(Some)
+        self.loader().off_thread(&self.call.account, move || work(collider)).await.map(Some)
     }
 
     /// Returns the text of a robot's description with other file names of its meshes; `None` if the text is
@@ -313,6 +311,6 @@ impl SimHandle {
         let Some(urdf) = self.description_of(robot).and_then(|sha256| self.asset(&sha256)) else {
             return Ok(None);
         };
-        self.loader().readdress(urdf, address).await.map(Some)
+        self.loader().readdress(&self.call.account, urdf, address).await.map(Some)
     }
 }

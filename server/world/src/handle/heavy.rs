@@ -69,10 +69,11 @@ impl HeavyWork {
     /// Returns an error at once if too many calls wait already.
     pub(super) async fn run<T: Send + 'static>(
         &self,
+        account: &Account,
         threads: &BlockingThreads,
         work: impl FnOnce(&Cancelled) -> T + Send + 'static,
     ) -> Result<T, CallError> {
-        let permit = self.permits.acquire().await?;
+        let permit = self.permits.acquire(account).await?;
         let on_drop = SetOnDrop(Cancelled::default());
         let cancelled = on_drop.0.clone();
         let done = threads.run(move || {
@@ -96,7 +97,7 @@ impl SimHandle {
         &self,
         work: impl FnOnce(&Cancelled) -> T + Send + 'static,
     ) -> Result<T, CallError> {
-        self.inner.heavy.run(self.loader().threads(), work).await
+        self.inner.heavy.run(&self.call.account, self.loader().threads(), work).await
     }
 
     /// Makes a large answer where it blocks no other task. It ends early if its caller disconnects.
@@ -109,12 +110,12 @@ impl SimHandle {
     {
         // Runtime of the waiting task, which provides the timers of the work.
         let runtime = tokio::runtime::Handle::current();
-        let account = Account::current();
         let caller = CancellationToken::new();
         let gone = caller.clone();
         let _gone_on_drop = caller.drop_guard();
-        let made = self.inner.large_answers.run(self.loader().threads(), move |_cancelled| {
-            runtime.block_on(gone.run_until_cancelled(account.scope(work)))
+        let threads = self.loader().threads();
+        let made = self.inner.large_answers.run(&self.call.account, threads, move |_cancelled| {
+            runtime.block_on(gone.run_until_cancelled(work))
         });
         let no_caller = || CallError::Internal { message: "no caller waits for this answer".into() };
         made.await?.ok_or_else(no_caller)
@@ -154,11 +155,11 @@ mod tests {
         let heavy = HeavyWork::with(1, 1, 1);
         let (work, end, has_begun) = held();
         {
-            let mut call = Box::pin(heavy.run(&threads, work));
+            let mut call = Box::pin(heavy.run(&Account::Process, &threads, work));
             assert!(poll_once(call.as_mut()).await.is_pending());
             has_begun.await.unwrap();
         }
-        let mut next = Box::pin(heavy.run(&threads, |_| 7));
+        let mut next = Box::pin(heavy.run(&Account::Process, &threads, |_| 7));
         assert!(poll_once(next.as_mut()).await.is_pending(), "its caller is gone, and the first runs");
         end.send(()).unwrap();
         assert_eq!(next.await.unwrap(), 7);
@@ -169,12 +170,15 @@ mod tests {
         let threads = BlockingThreads::computing().unwrap();
         let heavy = HeavyWork::with(1, 1, 1);
         let (work, end, has_begun) = held();
-        let mut running = Box::pin(heavy.run(&threads, work));
+        let mut running = Box::pin(heavy.run(&Account::Process, &threads, work));
         assert!(poll_once(running.as_mut()).await.is_pending());
         has_begun.await.unwrap();
-        let mut waiting = Box::pin(heavy.run(&threads, |_| ()));
+        let mut waiting = Box::pin(heavy.run(&Account::Process, &threads, |_| ()));
         assert!(poll_once(waiting.as_mut()).await.is_pending());
-        assert!(matches!(heavy.run(&threads, |_| ()).await, Err(CallError::LimitExceeded { .. })));
+        assert!(matches!(
+            heavy.run(&Account::Process, &threads, |_| ()).await,
+            Err(CallError::LimitExceeded { .. })
+        ));
         end.send(()).unwrap();
         assert!(!running.await.unwrap(), "its caller waits for it");
         waiting.await.unwrap();
@@ -187,7 +191,7 @@ mod tests {
         let (begun, has_begun) = tokio::sync::oneshot::channel();
         let (ended, has_ended) = tokio::sync::oneshot::channel();
         {
-            let mut call = Box::pin(heavy.run(&threads, move |cancelled: &Cancelled| {
+            let mut call = Box::pin(heavy.run(&Account::Process, &threads, move |cancelled: &Cancelled| {
                 begun.send(()).unwrap();
                 while !cancelled.is_set() {
                     std::thread::yield_now();
@@ -196,10 +200,11 @@ mod tests {
             }));
             assert!(poll_once(call.as_mut()).await.is_pending());
             has_begun.await.unwrap();
-            let mut waiting = Box::pin(heavy.run(&threads, |_| panic!("it has no caller")));
+            let mut waiting =
+                Box::pin(heavy.run(&Account::Process, &threads, |_| panic!("it has no caller")));
             assert!(poll_once(waiting.as_mut()).await.is_pending());
         }
         has_ended.await.unwrap();
-        heavy.run(&threads, |_| ()).await.unwrap();
+        heavy.run(&Account::Process, &threads, |_| ()).await.unwrap();
     }
 }

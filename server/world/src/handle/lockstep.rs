@@ -12,7 +12,6 @@ use tokio_util::sync::CancellationToken;
 
 use super::claims::Leases;
 use super::{CallError, SimHandle};
-use crate::account::Account;
 use crate::driver::{LockstepChange, LogEvent, Stepped};
 
 /// Maximum number of members.
@@ -238,7 +237,7 @@ impl SimHandle {
                 });
             }
             let state = State::Computes { deadline: Instant::now() + timeout };
-            let (id, client, claim) = (Arc::clone(&id), client.into(), self.claim);
+            let (id, client, claim) = (Arc::clone(&id), client.into(), self.call.claim);
             group.members.push(Member { id, client, timeout, claim, state });
         }
         self.log_lockstep(client, LockstepChange::Joined);
@@ -270,7 +269,7 @@ impl SimHandle {
     /// Refuses calls that only members may make while there are any. The holder of a claim on the world is
     /// exempt.
     pub(super) fn check_no_lockstep(&self) -> Result<(), CallError> {
-        if self.claim.is_some_and(|claim| self.inner.leases.holds_world(claim)) {
+        if self.call.claim.is_some_and(|claim| self.inner.leases.holds_world(claim)) {
             return Ok(());
         }
         match self.inner.lockstep.lock().members.len() {
@@ -307,7 +306,7 @@ impl SimHandle {
                 }
                 _ => None,
             };
-            member.claim = self.claim;
+            member.claim = self.call.claim;
             member.state = State::Waits { remaining: steps, is_counted: false, sets_targets, reply };
             group.steps_claim(&self.inner.leases)
         };
@@ -333,7 +332,7 @@ impl SimHandle {
         }
         let handle = self.clone();
         // A separate task: it continues if the caller that started it disconnects.
-        tokio::spawn(Account::Process.scope(async move {
+        tokio::spawn(async move {
             loop {
                 let due = {
                     let mut group = handle.inner.lockstep.lock();
@@ -346,7 +345,7 @@ impl SimHandle {
                 handle.inner.lockstep.lock().done(steps, &outcome);
                 handle.inner.lockstep.changed.notify_waiters();
             }
-        }));
+        });
     }
 
     /// Ends a membership when its time is over, or its connection has ended.

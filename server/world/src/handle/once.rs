@@ -18,7 +18,6 @@ use tokio::time::Instant;
 use tracing::Instrument as _;
 
 use super::{CallError, Peer, Scope, SimHandle};
-use crate::account::Account;
 use crate::info::DaemonLimits;
 
 /// Memory of an answer beside its bytes and its id, bytes.
@@ -196,7 +195,7 @@ impl AnswerCache {
             }
             sender.send_replace(Some(outcome));
         };
-        tokio::spawn(Account::current().scope(task).in_current_span());
+        tokio::spawn(task.in_current_span());
         Ok(receiver)
     }
 

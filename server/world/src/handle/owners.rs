@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 use simd_core::simulation::command::ClaimId;
 use simd_core::{Command, Reply};
 
-use super::{CallError, Done, SimHandle};
+use super::{CallContext, CallError, Done, SimHandle};
 use crate::account::Account;
 use crate::driver::Sender;
 
@@ -67,23 +67,17 @@ impl SavedStateOwners {
 }
 
 impl SimHandle {
-    /// Returns a handle that may take over objects of others; the caller has verified that right.
-    #[must_use]
-    pub fn taking_over(&self, takes_over: bool) -> Self {
-        Self { takes_over, ..self.clone() }
-    }
-
     /// Returns the owner of objects that this handle makes.
     pub(super) fn owner(&self) -> Owner {
-        Owner { account: self.account.clone(), client: self.sender.clone(), claim: self.claim }
+        Owner { account: self.call.account.clone(), client: self.call.sender(), claim: self.call.claim }
     }
 
     /// Returns whether this handle may replace or delete an owner's object.
     pub(super) fn owns(&self, owner: &Owner) -> bool {
         let is_claimed = owner.claim.is_some_and(|claim| self.inner.leases.holds(claim));
-        let is_of_token = matches!(owner.account, Account::Token(_)) && self.account != Account::Process;
-        self.takes_over
-            || !(is_claimed && self.claim != owner.claim || is_of_token && self.account != owner.account)
+        let CallContext { account, claim, takes_over, .. } = &self.call;
+        let is_of_token = matches!(owner.account, Account::Token(_)) && *account != Account::Process;
+        *takes_over || !(is_claimed && *claim != owner.claim || is_of_token && *account != owner.account)
     }
 
     /// Refuses callers that do not own `what`.
@@ -126,7 +120,7 @@ impl SimHandle {
             self.check_owner(|| format!("saved state {named:?}"), &owner)?;
         }
         if keeps {
-            let count = owners.count_beside(named, &self.account) + 1;
+            let count = owners.count_beside(named, &self.call.account) + 1;
             self.check_share("the number of saved states", count, limits.saved_states_of_client)?;
         }
         let done = self.post(command).await?;

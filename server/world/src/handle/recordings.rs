@@ -5,7 +5,6 @@ use std::sync::Arc;
 use simd_core::Moment;
 
 use super::{CallError, Cancelled, SimHandle};
-use crate::account::Account;
 use crate::driver::{Event, RecorderQueueEnd};
 use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingSources, Running};
 
@@ -20,10 +19,10 @@ impl SimHandle {
         request: RecordingRequest,
     ) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
-        // A separate task, so that no recording is left without an owner if the caller disconnects. It counts
-        // for that caller.
-        let begin = Account::current().scope(self.clone().begin_recording(request));
-        tokio::spawn(begin).await.map_err(|error| CallError::Internal { message: error.to_string() })?
+        // A separate task, so that no recording is left without an owner if the caller disconnects.
+        tokio::spawn(self.clone().begin_recording(request))
+            .await
+            .map_err(|error| CallError::Internal { message: error.to_string() })?
     }
 
     async fn begin_recording(self, request: RecordingRequest) -> Result<(RecordingInfo, Moment), CallError> {
@@ -38,7 +37,7 @@ impl SimHandle {
         let _guard = self.inner.recording_lock.lock().await;
         let recordings = self.inner.recordings.clone();
         let begin = move || recordings.begin(request, sources);
-        let Running { name, queue, done: _ } = self.loader().off_thread(begin).await??;
+        let Running { name, queue, done: _ } = self.loader().off_thread(&self.call.account, begin).await??;
         let begun = self.ask(|reply| Event::Record { queue: Some(Arc::clone(&queue)), reply }).await;
         let at = match begun {
             Ok(at) => at,
@@ -84,7 +83,7 @@ impl SimHandle {
     /// Returns an error if no folder is configured, or it cannot be read.
     pub async fn recordings(&self) -> Result<Vec<RecordingInfo>, CallError> {
         let recordings = self.inner.recordings.clone();
-        self.loader().off_thread(move || recordings.list()).await?
+        self.loader().off_thread(&self.call.account, move || recordings.list()).await?
     }
 
     /// Returns a recording by its name.
@@ -93,7 +92,7 @@ impl SimHandle {
     /// Returns an error if the recording does not exist.
     pub async fn recording(&self, name: String) -> Result<RecordingInfo, CallError> {
         let recordings = self.inner.recordings.clone();
-        self.loader().off_thread(move || recordings.find(&name)).await?
+        self.loader().off_thread(&self.call.account, move || recordings.find(&name)).await?
     }
 
     /// Returns a recording, and the contents of its files.
@@ -111,7 +110,7 @@ impl SimHandle {
             Ok((info, contents))
         };
         // It reads whole files: loading robots does not wait for that.
-        self.inner.recording_looks.run(self.loader().threads(), look).await?
+        self.inner.recording_looks.run(&self.call.account, self.loader().threads(), look).await?
     }
 
     /// Returns a part of a recording's file, of at most `most` bytes, and the size of that file.
@@ -126,7 +125,9 @@ impl SimHandle {
         most: usize,
     ) -> Result<(Vec<u8>, u64), CallError> {
         let recordings = self.inner.recordings.clone();
-        self.loader().off_thread(move || recordings.read(&name, &file, offset, most)).await?
+        self.loader()
+            .off_thread(&self.call.account, move || recordings.read(&name, &file, offset, most))
+            .await?
     }
 
     /// Deletes the files of a recording.
@@ -136,6 +137,6 @@ impl SimHandle {
     pub async fn delete_recording(&self, name: String) -> Result<(), CallError> {
         self.check_robots(None)?;
         let recordings = self.inner.recordings.clone();
-        self.loader().off_thread(move || recordings.delete(&name)).await?
+        self.loader().off_thread(&self.call.account, move || recordings.delete(&name)).await?
     }
 }

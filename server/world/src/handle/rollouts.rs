@@ -208,7 +208,7 @@ impl SimHandle {
     ) -> Result<RolloutAnswer, CallError> {
         check_steps(&request, self.inner.info.limits.rollout_seconds)?;
         let work = &self.inner.rollouts;
-        let permit = self.until_drained(work.permits.acquire()).await??;
+        let permit = self.until_drained(work.permits.acquire(&self.call.account)).await??;
         let (saved, start) = match from {
             RolloutFrom::Present => {
                 let (saved, published) = self.ask(|reply| Event::WholeState { reply }).await?;

@@ -27,7 +27,7 @@ impl SimHandle {
         let kept = state.state.saved(name)?;
         let (info, saved) = (kept.info(), kept.saved().clone());
         drop(state);
-        self.loader().write_saved_state(info.name, saved).await
+        self.loader().write_saved_state(&self.call.account, info.name, saved).await
     }
 
     /// Returns the sequence of the present published state, and the state as a file, in which it is called
@@ -37,7 +37,7 @@ impl SimHandle {
     /// Returns an error if the file would exceed the limit of uploads, or the driver has ended.
     pub async fn present_state_file(&self, name: &str) -> Result<(u64, Arc<[u8]>), CallError> {
         let (saved, published) = self.ask(|reply| Event::WholeState { reply }).await?;
-        let (_, file) = self.loader().write_saved_state(name.to_owned(), saved).await?;
+        let (_, file) = self.loader().write_saved_state(&self.call.account, name.to_owned(), saved).await?;
         Ok((published.sequence, file))
     }
 
@@ -48,7 +48,7 @@ impl SimHandle {
     /// Returns an error if the file is not a saved state or is damaged, or its robots cannot be read as they
     /// were.
     pub async fn restore_at_start(&self, file: Bytes, name: &str) -> Result<Done, CallError> {
-        let (name, saved) = self.loader().read_saved_state(file, name.to_owned()).await?;
+        let (name, saved) = self.loader().read_saved_state(&self.call.account, file, name.to_owned()).await?;
         self.post(Command::ImportSavedState { name: name.clone(), saved }).await?;
         let restored = self.post(Command::RestoreState { name: name.clone() }).await;
         self.post(Command::DeleteSavedState { name }).await?;
@@ -67,7 +67,8 @@ impl SimHandle {
     ) -> Result<SavedStateInfo, CallError> {
         let file = self.loader().asset(&sha256);
         let lacking = || CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() };
-        let (name, saved) = self.loader().read_saved_state(file.ok_or_else(lacking)?, name).await?;
+        let (name, saved) =
+            self.loader().read_saved_state(&self.call.account, file.ok_or_else(lacking)?, name).await?;
         let done = self.command(Command::ImportSavedState { name, saved }).await?;
         match done.applied.reply {
             Reply::SavedState(info) => Ok(info),

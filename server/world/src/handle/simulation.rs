@@ -15,7 +15,7 @@ impl SimHandle {
     /// # Errors
     /// Returns an error if the world refuses it, or the mailbox is full.
     pub async fn command(&self, command: Command) -> Result<Done, CallError> {
-        if !self.only.is_empty() || self.note.is_some() {
+        if !self.call.only().is_empty() || self.call.note.is_some() {
             let robots = command.robots();
             self.note_robots(robots.iter().flatten().copied());
             self.check_robots(robots.as_deref())?;
@@ -29,7 +29,7 @@ impl SimHandle {
     }
 
     pub(super) async fn post(&self, command: Command) -> Result<Done, CallError> {
-        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        let (claim, sender) = (self.renewed_claim(), self.call.sender());
         self.ask(|reply| Event::Command { command, claim, sender, reply }).await
     }
 
@@ -42,7 +42,7 @@ impl SimHandle {
         if state == RunState::Playing {
             self.check_no_lockstep()?;
         }
-        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        let (claim, sender) = (self.renewed_claim(), self.call.sender());
         self.ask(|reply| Event::SetState { state, claim, sender, reply }).await
     }
 
@@ -90,7 +90,7 @@ impl SimHandle {
         steps_claim: Option<Option<ClaimId>>,
     ) -> Result<Vec<Clamped>, CallError> {
         self.note_robots(targets.robots.iter().map(|targets| targets.robot.as_str()));
-        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        let (claim, sender) = (self.renewed_claim(), self.call.sender());
         let set = self.ask(|reply| Event::TargetsOfMember { targets, claim, steps_claim, sender, reply });
         match set.await?.applied.reply {
             Reply::Targets { clamped, changed_law: _ } => Ok(clamped),
@@ -119,7 +119,7 @@ impl SimHandle {
         targets: Option<SetTargets>,
         steps: u64,
     ) -> Result<Stepped, CallError> {
-        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        let (claim, sender) = (self.renewed_claim(), self.call.sender());
         self.until_drained(self.ask(|reply| Event::Step { targets, steps, claim, sender, reply })).await?
     }
 
@@ -137,7 +137,7 @@ impl SimHandle {
         if let Some(factor) = pace.factor {
             Pace::RealTime { factor }.check()?;
         }
-        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        let (claim, sender) = (self.renewed_claim(), self.call.sender());
         self.ask(|reply| Event::SetPhysics { change, pace, claim, sender, reply }).await
     }
 

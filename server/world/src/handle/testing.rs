@@ -64,7 +64,7 @@ pub async fn reading(handle: &SimHandle) -> Reading {
             let _ = begun.send(());
             let _ = is_ended.recv();
         };
-        tokio::spawn(async move { handle.loader().off_thread(read).await });
+        tokio::spawn(async move { handle.loader().off_thread(&Account::Process, read).await });
         has_begun.await.unwrap();
         ends.push(end);
     }
@@ -84,9 +84,8 @@ pub async fn crowd(handle: &SimHandle, client: &Account) -> Crowd {
     let reading = reading(handle).await;
     let mut waiting: Vec<Read> = Vec::new();
     for _ in 0..handle.info().limits.waiting_descriptions_of_client {
-        let handle = handle.clone();
-        let read = async move { handle.loader().off_thread(|| ()).await };
-        let mut read: Read = Box::pin(client.clone().scope(read));
+        let (handle, client) = (handle.clone(), client.clone());
+        let mut read: Read = Box::pin(async move { handle.loader().off_thread(&client, || ()).await });
         assert!(is_waiting(read.as_mut()));
         waiting.push(read);
     }

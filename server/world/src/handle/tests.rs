@@ -203,12 +203,16 @@ async fn two_uploads_of_the_same_file_at_once_both_succeed() {
     let total = data.len() as u64;
     let (first, second) = (data.slice(..8), data.slice(8..));
     for _ in 0..2 {
-        assert_eq!(handle.upload(sha256, total, 0, first.clone()).await.unwrap(), 8);
+        assert_eq!(
+            handle.upload(FilePart { sha256, total, offset: 0, data: first.clone() }).await.unwrap(),
+            8
+        );
     }
-    let mut faster = std::pin::pin!(handle.upload(sha256, total, 8, second.clone()));
+    let mut faster =
+        std::pin::pin!(handle.upload(FilePart { sha256, total, offset: 8, data: second.clone() }));
     let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(faster.as_mut().poll(cx))).await;
     assert!(polled.is_pending(), "it is being checked");
-    let slower = handle.upload(sha256, total, 8, second.clone());
+    let slower = handle.upload(FilePart { sha256, total, offset: 8, data: second.clone() });
     let (faster, slower) = tokio::join!(faster, slower);
     assert_eq!((faster.unwrap(), slower.unwrap()), (total, total));
     assert_eq!(handle.asset(&sha256).unwrap(), data);
@@ -221,12 +225,17 @@ async fn a_second_upload_outlives_a_first_that_fails() {
     let good = bytes::Bytes::from_static(b"right");
     let sha256 = simd_model::robot::Sha256::of(&good);
     {
-        let bad = handle.upload(sha256, 5, 0, bytes::Bytes::from_static(b"wrong"));
+        let bad = handle.upload(FilePart {
+            sha256,
+            total: 5,
+            offset: 0,
+            data: bytes::Bytes::from_static(b"wrong"),
+        });
         let mut bad = std::pin::pin!(bad);
         let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(bad.as_mut().poll(cx))).await;
         assert!(polled.is_pending());
     }
-    assert_eq!(handle.upload(sha256, 5, 0, good.clone()).await.unwrap(), 5);
+    assert_eq!(handle.upload(FilePart { sha256, total: 5, offset: 0, data: good.clone() }).await.unwrap(), 5);
     assert_eq!(handle.asset(&sha256).unwrap(), good);
 }
 

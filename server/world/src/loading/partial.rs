@@ -7,6 +7,7 @@ use std::time::Duration;
 use simd_model::robot::Sha256;
 use tokio::time::Instant;
 
+use super::source::FilePart;
 use crate::account::Account;
 use crate::call_error::CallError;
 use crate::info::DaemonLimits;
@@ -60,12 +61,12 @@ impl Partials {
     /// Returns an error if the part does not match the earlier ones, which stay.
     pub(super) fn append(
         &mut self,
-        sha256: Sha256,
-        total: u64,
-        offset: u64,
-        data: &[u8],
+        account: &Account,
+        part: &FilePart,
         now: Instant,
     ) -> Result<Progress, CallError> {
+        let FilePart { sha256, total, offset, data } = part;
+        let (sha256, total, offset) = (*sha256, *total, *offset);
         self.forget_abandoned(now);
         if offset.checked_add(data.len() as u64).is_none_or(|end| end > total) {
             return Err(mismatch(format!(
@@ -77,14 +78,15 @@ impl Partials {
             self.check_continues(&sha256, total, offset)?;
         }
         if !self.by_hash.contains_key(&sha256) {
-            let account = Account::current();
-            if account != Account::Process {
-                self.make_room(self.count_of_client - 1, usize::MAX, |_, partial| partial.account == account);
+            if *account != Account::Process {
+                self.make_room(self.count_of_client - 1, usize::MAX, |_, partial| {
+                    partial.account == *account
+                });
             }
             self.make_room(self.count - 1, usize::MAX, |_, _| true);
         }
         let partial = self.by_hash.entry(sha256).or_insert_with(|| Partial {
-            account: Account::current(),
+            account: account.clone(),
             total,
             bytes: Vec::new(),
             touched: now,

@@ -21,6 +21,7 @@ use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
 use super::progress::{Phase, Reporter};
 use super::report::{refuse_proxies, report_absent, report_coarse_pairs, report_proxies};
 use super::source::Source;
+use crate::account::Account;
 use crate::call_error::{CallError, panic_message};
 
 /// Source of a robot, to be read now or again later.
@@ -144,6 +145,7 @@ impl Loader {
     /// Returns an error if its bytes are not available; their faults are in a reading's outcome.
     pub(super) async fn read(
         &self,
+        account: &Account,
         origin: &Origin,
         which: Which,
         options: LoadOptions,
@@ -175,7 +177,7 @@ impl Loader {
             }
             Origin::BelowRoot(_) | Origin::Operator(_) => None,
         };
-        self.off_thread(move || {
+        self.off_thread(account, move || {
             reporter.say(Phase::Reading);
             let material = match (sent, &origin) {
                 (Some((urdf, found, missing)), _) => {
@@ -217,15 +219,16 @@ impl Loader {
         found.collect()
     }
 
-    /// Runs long work when a permit is free. A caller that waits too long is refused. The work, which is
+    /// Runs long work for a client when a permit is free. A caller that waits too long is refused. The work, which is
     /// bounded, still ends, and releases its permit.
     pub(crate) async fn off_thread<T: Send + 'static>(
         &self,
+        account: &Account,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, CallError> {
         let (read_permits, threads) = (self.read_permits.clone(), Arc::clone(&self.threads));
         let done = async move {
-            let permit = read_permits.acquire().await?;
+            let permit = read_permits.acquire(account).await?;
             let done = threads.run(move || {
                 let done = work();
                 drop(permit);

@@ -12,6 +12,7 @@ use super::Loader;
 use super::progress::Reporter;
 use super::reading::{LoadedRobot, Origin};
 use super::saved_state_file::{Content, Opened, RobotSource, SavedRobot, invalid, open, seal};
+use crate::account::Account;
 use crate::call_error::CallError;
 use crate::info::MAX_NAME_BYTES;
 
@@ -25,11 +26,12 @@ impl Loader {
     /// Returns an error if the file would exceed the limit of uploads.
     pub(crate) async fn write_saved_state(
         &self,
+        account: &Account,
         name: String,
         saved: Saved,
     ) -> Result<(Sha256, Arc<[u8]>), CallError> {
         let (sources, files) = self.sources_and_files(&saved)?;
-        let (sha256, file) = self.off_thread(move || sealed(&name, &saved, sources, files)).await?;
+        let (sha256, file) = self.off_thread(account, move || sealed(&name, &saved, sources, files)).await?;
         self.check_file(file.len())?;
         Ok((sha256, file))
     }
@@ -41,11 +43,12 @@ impl Loader {
     /// were.
     pub(crate) async fn read_saved_state(
         &self,
+        account: &Account,
         file: Bytes,
         name: String,
     ) -> Result<(String, Saved), CallError> {
         let robots = self.most_robots();
-        let (opened, files) = self.off_thread(move || unpacked(&file, robots)).await??;
+        let (opened, files) = self.off_thread(account, move || unpacked(&file, robots)).await??;
         let Opened { written_by, content } = opened;
         let name = if name.is_empty() { content.name.clone() } else { name };
         if name.len() > MAX_NAME_BYTES {
@@ -54,7 +57,7 @@ impl Loader {
                 name.len()
             )));
         }
-        let saved = self.saved(content, &files, &mut BTreeMap::new()).await?;
+        let saved = self.saved(account, content, &files, &mut BTreeMap::new()).await?;
         tracing::info!(saved_state = name, "read a file that simd {written_by} wrote");
         Ok((name, saved))
     }
@@ -71,6 +74,7 @@ impl Loader {
     /// Returns an error if a file is missing, or its robots cannot be read as they were.
     pub(crate) async fn saved(
         &self,
+        account: &Account,
         content: Content,
         files: &Files,
         known: &mut BTreeMap<RobotSource, RobotParts>,
@@ -79,9 +83,9 @@ impl Loader {
         for SavedRobot { source, state, .. } in &content.robots {
             // Robots with equal sources share one model; otherwise, a thousand balls would be read a thousand
             // times.
-            made.push(self.made_again(source, files, &state.entity.name, known).await?);
+            made.push(self.made_again(account, source, files, &state.entity.name, known).await?);
         }
-        self.off_thread(move || content.into_saved(made)).await?
+        self.off_thread(account, move || content.into_saved(made)).await?
     }
 
     /// Makes a robot from its source.
@@ -90,6 +94,7 @@ impl Loader {
     /// Returns an error if a file is missing, or cannot be read.
     pub(crate) async fn made_again(
         &self,
+        account: &Account,
         source: &RobotSource,
         files: &Files,
         robot: &str,
@@ -98,13 +103,14 @@ impl Loader {
         if let Some(made) = known.get(source) {
             return Ok(made.clone());
         }
-        let made = self.load_again(source, files, robot).await?;
+        let made = self.load_again(account, source, files, robot).await?;
         known.insert(source.clone(), made.clone());
         Ok(made)
     }
 
     async fn load_again(
         &self,
+        account: &Account,
         source: &RobotSource,
         files: &Files,
         robot: &str,
@@ -123,7 +129,7 @@ impl Loader {
         let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
         let RobotSource { scale, mesh_shapes, fixed_base, .. } = *source;
         let options = self.load_options(f64::from_bits(scale), false, mesh_shapes, Some(fixed_base));
-        let made = self.load(origin, robot, Bytes::new(), options, Reporter::default()).await;
+        let made = self.load(account, origin, robot, Bytes::new(), options, Reporter::default()).await;
         match made {
             Ok(LoadedRobot { model, shapes, .. }) => Ok((model, shapes)),
             Err(error @ (CallError::InvalidDescription { .. } | CallError::InvalidValue { .. })) => {

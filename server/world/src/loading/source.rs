@@ -32,6 +32,19 @@ pub enum Source {
     Path(String),
 }
 
+/// Part of a file that a client uploads.
+#[derive(Clone, Debug)]
+pub struct FilePart {
+    /// Hash of the whole file.
+    pub sha256: Sha256,
+    /// Size of the whole file, bytes.
+    pub total: u64,
+    /// Place of the part in the file, bytes.
+    pub offset: u64,
+    /// Bytes of the part.
+    pub data: Bytes,
+}
+
 /// State of a file that a description names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AssetState {

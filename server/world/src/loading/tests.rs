@@ -12,9 +12,10 @@ use simd_core::simulation::WorldLimits;
 use simd_core::{Command, PhysicsSettings, Simulation};
 
 use super::*;
+use crate::account::Account;
 use crate::blocking_threads::BlockingThreads;
 use crate::driver;
-use crate::handle::{AssetState, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+use crate::handle::{AssetState, DaemonInfo, FilePart, RunState, SimHandle, Source, SpawnRequest};
 
 /// Returns a robot with these joints, each with a separate child link, and a mesh.
 fn urdf(name: &str, joints: &[&str]) -> String {
@@ -98,8 +99,14 @@ async fn a_robot_comes_by_prepare_upload_and_spawn() {
     assert!(matches!(&early, CallError::AssetNotUploaded { uri, .. } if uri == URI), "{early}");
 
     let total = mesh.len() as u64;
-    assert_eq!(handle.upload(sha256, total, 0, mesh.slice(..100)).await.unwrap(), 100);
-    assert_eq!(handle.upload(sha256, total, 100, mesh.slice(100..)).await.unwrap(), total);
+    assert_eq!(
+        handle.upload(FilePart { sha256, total, offset: 0, data: mesh.slice(..100) }).await.unwrap(),
+        100
+    );
+    assert_eq!(
+        handle.upload(FilePart { sha256, total, offset: 100, data: mesh.slice(100..) }).await.unwrap(),
+        total
+    );
     assert_eq!(handle.asset(&sha256), Some(mesh));
 
     let loaded = handle.spawn(request(source)).await.unwrap();
@@ -111,10 +118,15 @@ async fn a_robot_comes_by_prepare_upload_and_spawn() {
 #[tokio::test]
 async fn bytes_that_have_another_hash_are_refused() {
     let handle = daemon(DaemonLimits::default(), &[]);
-    let refused = handle.upload(Sha256::of(b"a"), 1, 0, Bytes::from_static(b"b")).await.unwrap_err();
+    let refused = handle
+        .upload(FilePart { sha256: Sha256::of(b"a"), total: 1, offset: 0, data: Bytes::from_static(b"b") })
+        .await
+        .unwrap_err();
     assert!(matches!(refused, CallError::UploadMismatch { .. }), "{refused}");
     assert_eq!(handle.asset(&Sha256::of(b"a")), None);
-    let beyond = handle.upload(Sha256::of(b"a"), 1 << 40, 0, Bytes::new()).await;
+    let beyond = handle
+        .upload(FilePart { sha256: Sha256::of(b"a"), total: 1 << 40, offset: 0, data: Bytes::new() })
+        .await;
     assert!(matches!(beyond, Err(CallError::LimitExceeded { .. })));
 }
 
@@ -294,7 +306,10 @@ async fn deleting_robots_frees_what_they_held_also_in_a_paused_world() {
 #[tokio::test]
 async fn abandoned_uploads_are_dropped_although_no_other_comes() {
     let handle = daemon(DaemonLimits::default(), &[]);
-    handle.upload(Sha256::of(b"a"), 1 << 20, 0, vec![0; 1000].into()).await.unwrap();
+    handle
+        .upload(FilePart { sha256: Sha256::of(b"a"), total: 1 << 20, offset: 0, data: vec![0; 1000].into() })
+        .await
+        .unwrap();
     handle.tidy(Instant::now());
     assert!(handle.loader().held() >= 1000);
     tokio::time::pause();
@@ -307,7 +322,8 @@ async fn abandoned_uploads_are_dropped_although_no_other_comes() {
 async fn a_fault_while_reading_is_a_fault_of_one_call() {
     let handle = daemon(DaemonLimits::default(), &[]);
     for _ in 0..DaemonLimits::default().waiting_descriptions {
-        let failed = handle.loader().off_thread::<()>(|| panic!("on purpose")).await.unwrap_err();
+        let failed =
+            handle.loader().off_thread::<()>(&Account::Process, || panic!("on purpose")).await.unwrap_err();
         assert!(matches!(&failed, CallError::Internal { message } if message.contains("on purpose")));
     }
     handle.spawn(request(inline(urdf("arm", &[])))).await.unwrap();
@@ -319,7 +335,8 @@ async fn a_call_that_waits_too_long_for_a_reading_is_refused_and_the_work_ends_a
     let handle = daemon(limits, &[]);
     let (go, wait) = std::sync::mpsc::channel::<()>();
     let (end, ended) = tokio::sync::oneshot::channel();
-    let refused = handle.loader().off_thread(move || (wait.recv(), end.send(()))).await.unwrap_err();
+    let refused =
+        handle.loader().off_thread(&Account::Process, move || (wait.recv(), end.send(()))).await.unwrap_err();
     let sentence = refused.to_string();
     assert!(sentence.starts_with("the time for reading a description or a file, in seconds,"), "{sentence}");
     go.send(()).unwrap();

@@ -15,7 +15,7 @@ use super::partial;
 use super::progress::Reporter;
 use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Used, Which};
 use super::report::summary;
-use super::source::{AssetState, Prepared, Source, Validated};
+use super::source::{AssetState, FilePart, Prepared, Source, Validated};
 use crate::account::Account;
 use crate::call_error::CallError;
 
@@ -26,6 +26,7 @@ impl Loader {
     /// Returns an error if it is too large, or cannot be read at all.
     pub(crate) async fn prepare(
         &self,
+        account: &Account,
         urdf: Bytes,
         assets: BTreeMap<String, Sha256>,
     ) -> Result<Prepared, CallError> {
@@ -41,7 +42,7 @@ impl Loader {
             Known(known.collect())
         };
         let (described, description, urdf) = self
-            .off_thread(move || {
+            .off_thread(account, move || {
                 let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
                 (simd_model::describe_with(&urdf, &known, &reading), Sha256::of(&urdf), urdf)
             })
@@ -68,11 +69,10 @@ impl Loader {
     /// hash.
     pub(crate) async fn upload(
         self: &Arc<Self>,
-        sha256: Sha256,
-        total: u64,
-        offset: u64,
-        data: Bytes,
+        account: &Account,
+        part: FilePart,
     ) -> Result<u64, CallError> {
+        let FilePart { sha256, total, .. } = part;
         let limit = self.limits.asset_bytes;
         if total > limit {
             let what = "the size of the file in bytes".into();
@@ -91,7 +91,7 @@ impl Loader {
                 }
                 match cache.store.checking(&sha256) {
                     Some(checked) => checked,
-                    None => match cache.partials.append(sha256, total, offset, &data, Instant::now())? {
+                    None => match cache.partials.append(account, &part, Instant::now())? {
                         partial::Progress::Received(received) => return Ok(received),
                         partial::Progress::Complete(bytes) => {
                             cache.store.begin_check(sha256);
@@ -102,20 +102,20 @@ impl Loader {
             };
             checked.cancelled().await;
         };
-        // A separate task: other callers wait for the file, even if this caller disconnects. It counts for
-        // this caller.
-        let loader = self.clone();
-        let checked = tokio::spawn(Account::current().scope(async move {
+        // A separate task: other callers wait for the file, even if this caller disconnects.
+        let (loader, account) = (self.clone(), account.clone());
+        let checked = tokio::spawn(async move {
             let check = Check { loader, sha256 };
             let loader = &check.loader;
-            let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
+            let (found, bytes) =
+                loader.off_thread(&account, move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
             if found != sha256 {
                 let message = format!("the file has the hash {found}, not {sha256}; send it again");
                 return Err(CallError::UploadMismatch { message });
             }
             loader.insert(sha256, bytes)?;
             Ok(total)
-        }));
+        });
         let failed = |error| CallError::Internal { message: format!("a file was not checked: {error}") };
         checked.await.map_err(failed)?
     }
@@ -129,10 +129,15 @@ impl Loader {
     ///
     /// # Errors
     /// Returns an error if its bytes are not available.
-    pub(crate) async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
+    pub(crate) async fn validate(
+        &self,
+        account: &Account,
+        source: Source,
+        scale: f64,
+    ) -> Result<Validated, CallError> {
         let options = self.load_options(scale, false, MeshShapes::default(), None);
         let which = Which::One(String::new());
-        let mut readings = self.read(&source.into(), which, options, Reporter::default()).await?;
+        let mut readings = self.read(account, &source.into(), which, options, Reporter::default()).await?;
         let reading = readings.pop().ok_or_else(nothing_read)?;
         let description = reading.used.description;
         Ok(match reading.outcome {
@@ -160,11 +165,12 @@ impl Loader {
     /// Returns an error if too many calls wait for a permit already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
+        account: &Account,
         look: &Sha256,
         work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
     ) -> Result<Option<T>, CallError> {
         let Some(mesh) = self.decoded.find(look) else { return Ok(None) };
-        self.off_thread(move || work(&mesh)).await.map(Some)
+        self.off_thread(account, move || work(&mesh)).await.map(Some)
     }
 
     /// Returns the text of a description with other file names of its meshes.
@@ -173,26 +179,35 @@ impl Loader {
     /// Returns an error if too many reads wait already, or the text cannot be read.
     pub(crate) async fn readdress(
         &self,
+        account: &Account,
         urdf: Bytes,
         address: impl Fn(&str) -> Option<String> + Send + 'static,
     ) -> Result<String, CallError> {
         let limits = self.limits.reading;
-        self.off_thread(move || simd_model::readdress(&urdf, &limits, &address)).await?.map_err(refused)
+        let read = move || simd_model::readdress(&urdf, &limits, &address);
+        self.off_thread(account, read).await?.map_err(refused)
     }
 
     /// Reads the collision filter of an SRDF.
     ///
     /// # Errors
     /// Returns an error if it is not an SRDF, or `strict` refuses its findings.
-    async fn read_srdf(&self, srdf: Bytes, model: Arc<RobotModel>, strict: bool) -> Result<Srdf, CallError> {
+    async fn read_srdf(
+        &self,
+        account: &Account,
+        srdf: Bytes,
+        model: Arc<RobotModel>,
+        strict: bool,
+    ) -> Result<Srdf, CallError> {
         let limits = self.limits.reading;
         let read = move || simd_model::read_srdf(&srdf, &model, strict, &limits);
-        self.off_thread(read).await?.map_err(refused)
+        self.off_thread(account, read).await?.map_err(refused)
     }
 
     /// Returns a robot's source, with states of an SRDF added to its description.
     async fn with_states(
         &self,
+        account: &Account,
         used: Used,
         model: Arc<RobotModel>,
         states: Vec<NamedState>,
@@ -208,7 +223,7 @@ impl Loader {
                 None => used,
             }
         };
-        self.off_thread(write).await
+        self.off_thread(account, write).await
     }
 
     /// Reads a robot, and keeps its source for as long as its model lives. In a file with several robots, it
@@ -218,6 +233,7 @@ impl Loader {
     /// Returns an error if its bytes are not available, or are not a robot.
     pub(crate) async fn load(
         &self,
+        account: &Account,
         origin: Origin,
         name: &str,
         srdf: Bytes,
@@ -225,7 +241,7 @@ impl Loader {
         reporter: Reporter,
     ) -> Result<LoadedRobot, CallError> {
         let which = Which::One(name.to_owned());
-        let mut made = self.load_with_srdf(origin, which, srdf, options, reporter).await?;
+        let mut made = self.load_with_srdf(account, origin, which, srdf, options, reporter).await?;
         let (mut made, found) = made.pop().ok_or_else(nothing_read)?;
         made.report.findings.extend(found.report.findings);
         Ok(made)
@@ -238,6 +254,7 @@ impl Loader {
     /// As [`load`](Self::load), and if the SRDF is invalid or refused.
     pub(crate) async fn load_with_srdf(
         &self,
+        account: &Account,
         origin: Origin,
         which: Which,
         srdf: Bytes,
@@ -245,11 +262,13 @@ impl Loader {
         reporter: Reporter,
     ) -> Result<Vec<(LoadedRobot, Srdf)>, CallError> {
         let mut all = Vec::new();
-        for Reading { mut used, outcome } in self.read(&origin, which, options, reporter).await? {
+        for Reading { mut used, outcome } in self.read(account, &origin, which, options, reporter).await? {
             let mut made = outcome.map_err(refused)?;
             let mut found = Srdf::default();
             if !srdf.is_empty() {
-                found = self.read_srdf(srdf.clone(), Arc::clone(&made.model), options.read.strict).await?;
+                found = self
+                    .read_srdf(account, srdf.clone(), Arc::clone(&made.model), options.read.strict)
+                    .await?;
                 let states = std::mem::take(&mut found.states);
                 let model = Arc::make_mut(&mut made.model);
                 let own = model.setup.states.len();
@@ -257,7 +276,7 @@ impl Loader {
                 // The stored and saved descriptions include them too.
                 let added = model.setup.states.get(own..).unwrap_or_default().to_vec();
                 if !added.is_empty() {
-                    used = self.with_states(used, Arc::clone(&made.model), added).await?;
+                    used = self.with_states(account, used, Arc::clone(&made.model), added).await?;
                 }
             }
             let fixed_base = made.placement.map(|placement| placement.fixed).or(options.fixed_base);

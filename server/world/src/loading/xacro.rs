@@ -8,6 +8,7 @@ use simd_assets::Locator;
 use simd_model::LoadReport;
 
 use super::Loader;
+use crate::account::Account;
 use crate::call_error::CallError;
 
 /// A xacro file and the files that it may include.
@@ -36,9 +37,13 @@ impl Loader {
     ///
     /// # Errors
     /// Returns an error if the files are too large in total, or the xacro is invalid.
-    pub(crate) async fn expand_xacro(&self, files: XacroFiles) -> Result<ExpandedXacro, CallError> {
+    pub(crate) async fn expand_xacro(
+        &self,
+        account: &Account,
+        files: XacroFiles,
+    ) -> Result<ExpandedXacro, CallError> {
         self.check_description(files.files.values().map(Bytes::len).sum())?;
-        self.off_thread(move || expand(&files)).await?
+        self.off_thread(account, move || expand(&files)).await?
     }
 }
 

@@ -9,6 +9,7 @@ use simd_core::simulation::{RobotParts, Saved};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
+use crate::account::Account;
 use crate::call_error::CallError;
 use crate::driver::AppliedCommand;
 use crate::loading::saved_state_file::{Content, RobotSource, open, seal};
@@ -138,7 +139,10 @@ impl Decoder {
                         postcard::take_from_bytes::<RobotSource>(rest).map_err(|error| {
                             invalid(&format!("what a robot is made from cannot be read: {error}"))
                         })?;
-                    let made = self.loader.made_again(&source, files, &spawn.name, &mut self.known).await?;
+                    let made = self
+                        .loader
+                        .made_again(&Account::Process, &source, files, &spawn.name, &mut self.known)
+                        .await?;
                     (spawn.model, spawn.shapes) = made;
                     rest = after;
                 }
@@ -160,7 +164,7 @@ impl Decoder {
 
     async fn robot(&mut self, source: &[u8], name: &str, files: &Files) -> Result<RobotParts, CallError> {
         let source: RobotSource = decoded(source, "what a robot is made from")?;
-        self.loader.made_again(&source, files, name, &mut self.known).await
+        self.loader.made_again(&Account::Process, &source, files, name, &mut self.known).await
     }
 
     /// Returns a state by its hash, and the release that wrote it.
@@ -169,7 +173,7 @@ impl Decoder {
         let lacking: String = sha256.chars().take(64).collect();
         let file = file.ok_or_else(|| invalid(&format!("the state {lacking:?} is not in it")))?;
         let opened = open(&file, self.loader.most_robots())?;
-        let saved = self.loader.saved(opened.content, files, &mut self.known).await?;
+        let saved = self.loader.saved(&Account::Process, opened.content, files, &mut self.known).await?;
         Ok((saved, opened.written_by))
     }
 

@@ -20,7 +20,9 @@ use super::*;
 use crate::access::Access;
 use crate::blocking_threads::BlockingThreads;
 use crate::driver;
-use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, SimHandle, Source, SpawnRequest, Transport};
+use crate::handle::{
+    CallContext, Caller, DaemonInfo, DaemonLimits, RunState, SimHandle, Source, SpawnRequest, Transport,
+};
 
 /// An arm with two joints, whose hand is a ball.
 const ARM: &str = r#"<robot name="arm"><link name="world"/>
@@ -97,7 +99,10 @@ fn target(position: f64) -> Command {
 /// Runs all commands that a client can send to a world, in a wrong order and more than once. Leaves the world
 /// paused.
 async fn run(handle: &SimHandle) {
-    let other = handle.called_by(Caller::said("other", Transport::Handle).as_ref());
+    let other = {
+        let caller = Caller::said("other", Transport::Handle);
+        handle.of_call(CallContext { caller, ..handle.call().clone() })
+    };
     for round in 0..20 {
         handle.command(target(0.1 * f64::from(round))).await.unwrap();
         handle.step(17).await.unwrap();

@@ -17,7 +17,7 @@ use simd_proto::v1;
 use super::contact::link_properties;
 use super::{geometry, primitive};
 use crate::convert::field::{BadField, Path};
-use simd_world::handle::{Source, SpawnRequest};
+use simd_world::handle::{FilePart, Source, SpawnRequest};
 
 /// Parses a digest from its text.
 pub fn sha256(at: &Path<'_>, text: &str) -> Result<Sha256, BadField> {
@@ -56,9 +56,10 @@ fn urdf(at: &Path<'_>, bytes: Vec<u8>) -> Result<Bytes, BadField> {
 
 /// Parses a part of an uploaded file: digest and size of the whole file, offset of the part, bytes of the
 /// part.
-pub fn upload(request: v1::UploadAssetRequest) -> Result<(Sha256, u64, u64, Bytes), BadField> {
-    let digest = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
-    Ok((digest, request.total_bytes, request.offset, request.data.into()))
+pub fn upload(request: v1::UploadAssetRequest) -> Result<FilePart, BadField> {
+    let sha256 = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
+    let v1::UploadAssetRequest { total_bytes: total, offset, data, .. } = request;
+    Ok(FilePart { sha256, total, offset, data: data.into() })
 }
 
 /// Maximum size of all searched paths of a description, bytes. People read them, and they stay with the

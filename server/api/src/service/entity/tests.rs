@@ -4,6 +4,8 @@ use futures_util::StreamExt as _;
 use simd_proto::v1::spawn_entity_with_progress_response::Event;
 
 use super::*;
+use simd_world::account::Account;
+use simd_world::handle::CallContext;
 use simd_world::handle::testing::paused;
 use simd_world::handle::testing::reading;
 
@@ -17,9 +19,9 @@ async fn asked(service: &Service, client: &str) -> Answers {
         ..Default::default()
     };
     let spawn = v1::SpawnEntityRequest { source: Some(source), ..Default::default() };
-    let request = Request::new(v1::SpawnEntityWithProgressRequest { spawn: Some(spawn) });
-    let answers = Account::Session(client.into()).scope(service.spawn_entity_with_progress(request)).await;
-    answers.unwrap().into_inner()
+    let mut request = Request::new(v1::SpawnEntityWithProgressRequest { spawn: Some(spawn) });
+    request.extensions_mut().insert(CallContext::of(Account::Session(client.into())));
+    service.spawn_entity_with_progress(request).await.unwrap().into_inner()
 }
 
 async fn end(mut answers: Answers) -> Result<v1::SpawnEntityResponse, Status> {

@@ -24,7 +24,7 @@ impl SimHandle {
 impl ImageSource for CameraImages {
     fn next_image(&self, camera: u64, after: u64) -> Result<Option<CameraImage>, NoRenderer> {
         // The world ends, and the recording next.
-        let Some(handle) = self.0.upgrade().map(SimHandle::of_everybody) else { return Ok(None) };
+        let Some(handle) = self.0.upgrade().map(SimHandle::of_daemon) else { return Ok(None) };
         let now = Instant::now();
         handle.follow_camera(camera, now + FOLLOWED).map_err(|_no_renderer| NoRenderer)?;
         let queue = handle.inner.cameras.queue();

@@ -61,8 +61,10 @@ impl SimHandle {
             (origin, entity.model.name.clone(), scale, mesh_shapes, srdf, entity.fixed_base)
         };
         let options = self.loader().load_options(scale, strict, mesh_shapes, Some(fixed_base));
-        let LoadedRobot { model, shapes, report, .. } =
-            self.loader().load(origin, &model, srdf, options, Reporter::default()).await?;
+        let LoadedRobot { model, shapes, report, .. } = self
+            .loader()
+            .load(&self.call.account, origin, &model, srdf, options, Reporter::default())
+            .await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;

@@ -3,6 +3,7 @@
 use super::super::testing::paused;
 use super::*;
 use crate::account::Account;
+use crate::handle::CallContext;
 
 fn slider(minimum: f64, maximum: f64, value: f64) -> ParameterKind {
     ParameterKind::Slider { minimum, maximum, value }
@@ -226,7 +227,8 @@ async fn no_name_is_searched_if_there_is_no_room() {
 async fn a_client_has_a_share_of_the_parameters_and_of_the_bytes_of_their_names() {
     let handle = paused();
     let limits = handle.info().limits;
-    let [one, other] = ["one", "other"].map(|name| handle.of_account(Some(&Account::Token(name.into()))));
+    let [one, other] =
+        ["one", "other"].map(|name| handle.of_call(CallContext::of(Account::Token(name.into()))));
     let add = |handle: &SimHandle, name: &str, taken| {
         let added = handle.add_parameter(name, ParameterKind::Button { presses: 0 }, taken);
         added.map(drop).map_err(|refused| refused.to_string())

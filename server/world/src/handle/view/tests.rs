@@ -8,6 +8,7 @@ use super::super::Transport;
 use super::super::testing::paused;
 use super::*;
 use crate::account::Account;
+use crate::handle::CallContext;
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -28,7 +29,7 @@ fn ids(handle: &SimHandle) -> Vec<u64> {
 /// Returns a handle for a separate client, as limits know it.
 fn another(handle: &SimHandle) -> SimHandle {
     static NUMBER: AtomicU64 = AtomicU64::new(0);
-    handle.of_account(Some(&Account::Connection(NUMBER.fetch_add(1, Ordering::Relaxed))))
+    handle.of_call(CallContext::of(Account::Connection(NUMBER.fetch_add(1, Ordering::Relaxed))))
 }
 
 fn page(name: &str) -> Caller {
@@ -160,7 +161,8 @@ async fn a_marker_on_what_is_not_there_is_refused_and_none_is_added() {
 #[tokio::test]
 async fn drawings_with_a_token_belong_to_its_owner() {
     let handle = paused();
-    let [alice, bob] = ["alice", "bob"].map(|name| handle.of_account(Some(&Account::Token(name.into()))));
+    let [alice, bob] =
+        ["alice", "bob"].map(|name| handle.of_call(CallContext::of(Account::Token(name.into()))));
     alice.add_markers(vec![lines(1)], None).unwrap();
     bob.add_markers(vec![lines(1)], None).unwrap();
     let refused = bob.delete_markers(&[2, 1]).unwrap_err().to_string();

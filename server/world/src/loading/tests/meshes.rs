@@ -6,7 +6,7 @@ use super::*;
 async fn with_mesh(handle: &SimHandle, name: &str, mesh: Vec<u8>) -> Result<(), CallError> {
     let mesh = Bytes::from(mesh);
     let (sha256, total) = (Sha256::of(&mesh), mesh.len() as u64);
-    handle.upload(sha256, total, 0, mesh).await?;
+    handle.upload(FilePart { sha256, total, offset: 0, data: mesh }).await?;
     let urdf = format!(
         "<robot name=\"{name}\"><link name=\"base\"><collision><geometry><mesh filename=\"a.stl\"/></geometry>\
          </collision></link></robot>"
@@ -59,7 +59,7 @@ async fn surfaces_made_of_one_mesh_in_many_scales_count_too() {
     let spawn = async |name: &str, scale: f64| {
         let mesh = Bytes::from(stl(1.0));
         let (sha256, total) = (Sha256::of(&mesh), mesh.len() as u64);
-        handle.upload(sha256, total, 0, mesh).await?;
+        handle.upload(FilePart { sha256, total, offset: 0, data: mesh }).await?;
         let urdf = format!(
             "<robot name=\"{name}\"><link name=\"world\"><collision><geometry><mesh filename=\"a.stl\" \
              scale=\"{scale} 1 1\"/></geometry></collision></link></robot>"
