@@ -5,7 +5,7 @@
 //! * `text`: bytes to text.
 //! * `document`: repairs around the root.
 //! * `prescan`: size, depth and syntax, with line numbers.
-//! * `repair`: the document as urdf-rs accepts it, every number checked; then urdf-rs reads it.
+//! * `repair`: the elements that simd reads, every number checked. `parts`: the robot of urdf-rs of them.
 //! * `tree`: one root, no loops.
 //! * `link`, `joint`, `inertial`: meaning of the numbers.
 //! * `scale`: the scaled robot.
@@ -27,6 +27,7 @@ pub(crate) mod mend;
 mod meshes;
 mod mimic;
 pub(crate) mod numbers;
+mod parts;
 pub(crate) mod prescan;
 mod repair;
 mod rewrite;

@@ -1,10 +1,10 @@
-//! Rewrites the document as urdf-rs accepts it. Missing parts are filled in, parts that simd does not read
-//! are left out and reported, and every number is checked.
+//! Reads a robot of urdf-rs from the document. Missing parts are filled in, parts that simd does not read are
+//! left out and reported, and every number is checked.
 //!
-//! urdf-rs drops a word that is not a number from `"1 x 2 3"`, accepts NaN, and refuses files for elements
-//! that simd does not need. So the document is rewritten by the [`vocabulary`](super::vocabulary), from a
-//! tree with line numbers. That tree remains available for distinctions that urdf-rs does not make, such as
-//! an effort of 0 from none.
+//! The parser of urdf-rs drops a word that is not a number from `"1 x 2 3"`, and accepts NaN. It refuses files
+//! for elements that simd does not need. So simd reads the elements by the
+//! [`vocabulary`](super::vocabulary), from a tree with line numbers, and fills the types of urdf-rs. The tree
+//! remains available for distinctions that these do not make, such as an effort of 0 from none.
 
 use std::collections::HashSet;
 
@@ -12,13 +12,14 @@ use roxmltree::{Node, NodeId};
 
 use super::findings::{Findings, Refusal, quoted};
 use super::numbers::{self, Shape};
+use super::parts::{self, Part};
 use super::prescan::is;
 use super::unknown;
 use super::vocabulary::{Attribute, Element, Kind, Missing, ROBOT};
 use crate::limits::LoadLimits;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 
-/// Result of urdf-rs, with the nodes that it came from.
+/// A robot of urdf-rs, with the nodes that it came from.
 pub(super) struct RepairedUrdf<'a, 'i> {
     /// Links, joints and materials, each in the order of the file.
     pub(super) robot: urdf_rs::Robot,
@@ -28,7 +29,7 @@ pub(super) struct RepairedUrdf<'a, 'i> {
 }
 
 impl<'a, 'i> RepairedUrdf<'a, 'i> {
-    /// Returns the children of this name that were passed to urdf-rs, in its order.
+    /// Returns the children of this name that the robot has, in its order.
     pub(super) fn children(
         &self,
         node: Node<'a, 'i>,
@@ -58,12 +59,25 @@ pub(super) fn given(node: Option<Node>, name: &str) -> bool {
     node.and_then(|node| node.attribute(name)).is_some_and(|value| !value.trim().is_empty())
 }
 
-/// Repairs the document and parses it with urdf-rs.
+/// Repairs the document.
 pub(super) fn repair<'a, 'i>(
     root: Node<'a, 'i>,
     limits: &LoadLimits,
     findings: &mut Findings,
 ) -> Result<RepairedUrdf<'a, 'i>, Refusal> {
+    let mut mender = Mender { kept: HashSet::new(), limits, findings };
+    let part = mender.robot(root)?;
+    Ok(RepairedUrdf { robot: parts::robot(&part), root, kept: mender.kept })
+}
+
+/// Returns the repaired elements of the document.
+#[cfg(test)]
+pub(super) fn parts(root: Node, limits: &LoadLimits, findings: &mut Findings) -> Result<Part, Refusal> {
+    Mender { kept: HashSet::new(), limits, findings }.robot(root)
+}
+
+/// Refuses a robot with too many elements.
+fn check_counts(root: Node, limits: &LoadLimits, findings: &Findings) -> Result<(), Refusal> {
     for tag in ["link", "joint"] {
         let count = root.children().filter(|node| is(*node, tag)).count();
         if count > limits.links {
@@ -80,71 +94,47 @@ pub(super) fn repair<'a, 'i>(
             return Err(findings.refuse(root, format!("the robot has {count} {what}; the limit is {cap}")));
         }
     }
-    let mut mender = Mender { xml: String::new(), kept: HashSet::new(), limits, findings };
-    mender.element(root, &ROBOT)?;
-    let Mender { xml, kept, findings, .. } = mender;
-    let robot = urdf_rs::read_from_string(&xml)
-        .map_err(|error| findings.refuse(root, format!("urdf-rs refuses it: {error}")))?;
-    let repaired = RepairedUrdf { robot, root, kept };
-    // These hold by construction; a robot built from the wrong lines would be worse than none.
-    let links = repaired.children(root, "link").count() == repaired.robot.links.len();
-    let joints = repaired.children(root, "joint").count() == repaired.robot.joints.len();
-    if links && joints {
-        Ok(repaired)
-    } else {
-        Err(findings.refuse(root, "urdf-rs does not see all elements"))
-    }
+    Ok(())
 }
 
 struct Mender<'f> {
-    xml: String,
     kept: HashSet<NodeId>,
     limits: &'f LoadLimits,
     findings: &'f mut Findings,
 }
 
 impl Mender<'_> {
-    /// Writes an element, or leaves it out and returns `false`. Recurses no deeper than the vocabulary.
-    /// Faults of the look never refuse a robot.
-    fn element(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
+    fn robot(&mut self, root: Node) -> Result<Part, Refusal> {
+        check_counts(root, self.limits, self.findings)?;
+        // The root is never left out: what it lacks has a default.
+        Ok(self.element(root, &ROBOT)?.unwrap_or_default())
+    }
+
+    /// Reads an element; `None` leaves it out. Recurses no deeper than the vocabulary. Faults of the look
+    /// never refuse a robot.
+    fn element(&mut self, node: Node, element: &Element) -> Result<Option<Part>, Refusal> {
         const LOOKS: [&str; 4] = ["visual", "material", "color", "texture"];
-        let start = self.xml.len();
         match self.checked(node, element) {
             Err(refusal) if LOOKS.contains(&element.tag) => {
-                self.xml.truncate(start);
                 self.findings.pass_over(node, &refusal);
-                Ok(false)
+                Ok(None)
             }
             result => result,
         }
     }
 
-    fn checked(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
-        let start = self.xml.len();
-        self.xml.push('<');
-        self.xml.push_str(element.tag);
-        let mut complete = self.attributes(node, element)?;
-        self.xml.push('>');
+    fn checked(&mut self, node: Node, element: &Element) -> Result<Option<Part>, Refusal> {
+        let mut part = Part { tag: element.tag, ..Part::default() };
+        let has_attributes = self.attributes(node, element, &mut part)?;
         unknown::text(node, self.findings);
-        complete = complete && self.children(node, element)?;
-        match (complete, element.stand_in) {
-            (true, None) => {
-                self.xml.push_str("</");
-                self.xml.push_str(element.tag);
-                self.xml.push('>');
-            }
-            (_, stand_in) => {
-                self.xml.truncate(start);
-                self.xml.push_str(stand_in.filter(|_| complete).unwrap_or_default());
-            }
+        if !has_attributes || !self.children(node, element, &mut part)? {
+            return Ok(None);
         }
-        if complete {
-            self.kept.insert(node.id());
-        }
-        Ok(complete)
+        self.kept.insert(node.id());
+        Ok(Some(part))
     }
 
-    fn attributes(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
+    fn attributes(&mut self, node: Node, element: &Element, part: &mut Part) -> Result<bool, Refusal> {
         for attribute in node.attributes() {
             let known = element.attributes.iter().any(|known| known.name == attribute.name());
             let is_foreign = attribute.namespace().is_some();
@@ -157,30 +147,36 @@ impl Mender<'_> {
             // A material may be called "", a link may not.
             let blank = |value: &str| value.trim().is_empty() && !matches!(attribute.kind, Kind::Text);
             let Some(value) = value.filter(|value| !blank(value)) else {
-                if !self.missing_attribute(node, attribute, value.is_some())? {
+                if !self.missing_attribute(node, attribute, value.is_some(), part)? {
                     return Ok(false);
                 }
                 continue;
             };
-            self.attribute(node, attribute, value)?;
+            self.attribute(node, attribute, value, part)?;
         }
         Ok(true)
     }
 
     /// Returns whether the element is valid without the attribute.
-    fn missing_attribute(&mut self, node: Node, attribute: &Attribute, blank: bool) -> Result<bool, Refusal> {
+    fn missing_attribute(
+        &mut self,
+        node: Node,
+        attribute: &Attribute,
+        blank: bool,
+        part: &mut Part,
+    ) -> Result<bool, Refusal> {
         let name = attribute.name;
         match attribute.missing {
             Missing::Leave if blank && !matches!(attribute.kind, Kind::Unused) => {
                 self.findings.info(node, Defaulted, format!("{name} is empty: read as not given"));
             }
-            Missing::Leave => {}
-            Missing::Write(default) => {
+            Missing::Leave | Missing::Zero => {}
+            Missing::Text(default) => {
                 if matches!(attribute.kind, Kind::Name) {
                     let message = format!("it has no {name}; {} is used", quoted(default));
                     self.findings.info(node, Defaulted, message);
                 }
-                self.write(name, default);
+                part.texts.push((name, default.to_owned()));
             }
             Missing::Drop => {
                 self.findings.warn(node, Ignored, format!("it has no {name}, and is ignored"));
@@ -191,7 +187,7 @@ impl Mender<'_> {
         Ok(true)
     }
 
-    fn children(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
+    fn children(&mut self, node: Node, element: &Element, part: &mut Part) -> Result<bool, Refusal> {
         let known = |child: &Node| element.children.iter().any(|known| is(*child, known.tag));
         for child in node.children().filter(|child| child.is_element() && !known(child)) {
             if !is_of_setup(&child, element) {
@@ -199,7 +195,7 @@ impl Mender<'_> {
             }
         }
         if element.one_of {
-            return self.one_child(node, element);
+            return self.one_child(node, element, part);
         }
         for wanted in element.children {
             let mut found = false;
@@ -208,14 +204,15 @@ impl Mender<'_> {
                     self.findings.warn(child, Ignored, ONE_TOO_MANY);
                     continue;
                 }
-                found |= self.element(child, wanted)?;
+                let read = self.element(child, wanted)?;
+                found |= read.is_some();
+                part.parts.extend(read);
             }
             if found {
                 continue;
             }
             match wanted.missing {
-                Missing::Leave => {}
-                Missing::Write(default) => self.xml.push_str(default),
+                Missing::Leave | Missing::Text(_) | Missing::Zero => {}
                 Missing::Drop => {
                     let message = format!("it has no usable {}, and is ignored", wanted.tag);
                     self.findings.warn(node, Ignored, message);
@@ -229,8 +226,8 @@ impl Mender<'_> {
         Ok(true)
     }
 
-    /// Writes the first usable child, in the order of the file.
-    fn one_child(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
+    /// Reads the first usable child, in the order of the file.
+    fn one_child(&mut self, node: Node, element: &Element, part: &mut Part) -> Result<bool, Refusal> {
         let (mut any, mut tried) = (false, false);
         for child in node.children() {
             let Some(wanted) = element.children.iter().find(|wanted| is(child, wanted.tag)) else { continue };
@@ -238,7 +235,9 @@ impl Mender<'_> {
             if any {
                 self.findings.warn(child, Ignored, ONE_TOO_MANY);
             } else {
-                any = self.element(child, wanted)?;
+                let read = self.element(child, wanted)?;
+                any = read.is_some();
+                part.parts.extend(read);
             }
         }
         if !tried {
@@ -247,8 +246,14 @@ impl Mender<'_> {
         Ok(any)
     }
 
-    /// Checks a value and writes it.
-    fn attribute(&mut self, node: Node, attribute: &Attribute, value: &str) -> Result<(), Refusal> {
+    /// Checks a value and keeps it.
+    fn attribute(
+        &mut self,
+        node: Node,
+        attribute: &Attribute,
+        value: &str,
+        part: &mut Part,
+    ) -> Result<(), Refusal> {
         let name = attribute.name;
         match attribute.kind {
             Kind::Unused => {}
@@ -264,7 +269,7 @@ impl Mender<'_> {
                         format!("{name}={} looks like an unexpanded xacro expression", quoted(value));
                     self.findings.warn(node, Used, message);
                 }
-                self.write(name, trimmed);
+                part.texts.push((name, trimmed.to_owned()));
             }
             Kind::Word(words) => {
                 let plain = value.trim().to_ascii_lowercase();
@@ -275,18 +280,13 @@ impl Mender<'_> {
                     let message = format!("{name}={} is read as {plain}", quoted(value));
                     self.findings.warn(node, Repaired, message);
                 }
-                self.write(name, &plain);
+                part.texts.push((name, plain));
             }
             Kind::Numbers(shape) => {
                 let values = self.numbers(node, name, value, shape)?;
-                let is_bounded = values.iter().all(|value| value.is_finite());
-                match attribute.missing {
-                    _ if is_bounded => {
-                        let words: Vec<String> = values.iter().map(|value| format!("{value:e}")).collect();
-                        self.write(name, &words.join(" "));
-                    }
-                    Missing::Write(default) => self.write(name, default),
-                    _ => {}
+                // No limit is the same as no value.
+                if values.iter().all(|value| value.is_finite()) {
+                    part.numbers.push((name, values));
                 }
             }
             Kind::OursNumbers(count) => drop(self.numbers(node, name, value, Shape::Exactly(count))?),
@@ -313,24 +313,6 @@ impl Mender<'_> {
             return Err(self.findings.refuse(node, message));
         }
         Ok(())
-    }
-
-    fn write(&mut self, name: &str, value: &str) {
-        self.xml.push(' ');
-        self.xml.push_str(name);
-        self.xml.push_str("=\"");
-        for c in value.chars() {
-            match c {
-                '&' => self.xml.push_str("&amp;"),
-                '<' => self.xml.push_str("&lt;"),
-                '>' => self.xml.push_str("&gt;"),
-                '"' => self.xml.push_str("&quot;"),
-                '\'' => self.xml.push_str("&apos;"),
-                c if c.is_whitespace() && c.is_control() => self.xml.push(' '),
-                c => self.xml.push(c),
-            }
-        }
-        self.xml.push('"');
     }
 }
 

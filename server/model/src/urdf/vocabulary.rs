@@ -14,8 +14,6 @@ pub(super) struct Element {
     pub(super) children: &'static [Element],
     /// Whether it has exactly one of its children, the first usable one.
     pub(super) one_of: bool,
-    /// Replacement for urdf-rs, which does not know it.
-    pub(super) stand_in: Option<&'static str>,
 }
 
 /// An attribute that simd reads.
@@ -40,7 +38,7 @@ pub(super) enum Kind {
     Word(&'static [&'static str]),
     /// This many numbers.
     Numbers(Shape),
-    /// Numbers that simd reads itself; urdf-rs does not see them.
+    /// Numbers that simd reads from the node, since urdf-rs does not have them.
     OursNumbers(usize),
     /// Known, but not used by simd: no finding.
     Unused,
@@ -50,8 +48,10 @@ pub(super) enum Kind {
 pub(super) enum Missing {
     /// No effect.
     Leave,
-    /// It gets this text, because urdf-rs requires it.
-    Write(&'static str),
+    /// It gets this text.
+    Text(&'static str),
+    /// Its number is 0.
+    Zero,
     /// It is left out, with a warning.
     Drop,
     /// The robot is refused.
@@ -59,7 +59,7 @@ pub(super) enum Missing {
 }
 
 use Kind::{Name, OursNumbers, Text, Unused, Uri, Word};
-use Missing::{Drop, Leave, Refuse, Write};
+use Missing::{Drop, Leave, Refuse, Zero};
 
 use super::numbers::Shape;
 
@@ -72,7 +72,7 @@ const fn element(
     attributes: &'static [Attribute],
     children: &'static [Element],
 ) -> Element {
-    Element { tag, many: false, missing: Leave, attributes, children, one_of: false, stand_in: None }
+    Element { tag, many: false, missing: Leave, attributes, children, one_of: false }
 }
 
 const fn many(element: Element) -> Element {
@@ -81,10 +81,6 @@ const fn many(element: Element) -> Element {
 
 const fn needed(element: Element, missing: Missing) -> Element {
     Element { missing, ..element }
-}
-
-const fn ours(element: Element, stand_in: &'static str) -> Element {
-    Element { stand_in: Some(stand_in), ..element }
 }
 
 #[allow(non_snake_case, reason = "it stands where the kinds of values stand")]
@@ -107,21 +103,17 @@ const ORIGIN: Element = element(
 
 const MATERIAL: Element = element(
     "material",
-    &[attribute("name", Text, Write(""))],
+    &[attribute("name", Text, Missing::Text(""))],
     &[
         element("color", &[attribute("rgba", Kind::Numbers(Shape::Color), Drop)], &[]),
-        // Read from the document: urdf-rs refuses one without a file.
-        ours(
-            element(
-                "texture",
-                &[
-                    attribute("filename", Uri, Leave),
-                    attribute("repeat", OursNumbers(2), Leave),
-                    attribute("per_metre", OursNumbers(2), Leave),
-                ],
-                &[],
-            ),
-            "",
+        element(
+            "texture",
+            &[
+                attribute("filename", Uri, Leave),
+                attribute("repeat", OursNumbers(2), Leave),
+                attribute("per_metre", OursNumbers(2), Leave),
+            ],
+            &[],
         ),
     ],
 );
@@ -136,17 +128,14 @@ const SHAPES: &[Element] = &[
         &[attribute("filename", Uri, Drop), attribute("scale", Kind::Numbers(Shape::Scale), Leave)],
         &[],
     ),
-    // SDF's. The replacing ball is not read.
-    ours(
-        element(
-            "cone",
-            &[attribute("radius", OursNumbers(1), Drop), attribute("length", OursNumbers(1), Drop)],
-            &[],
-        ),
-        "<sphere radius=\"1\"/>",
+    // SDF's.
+    element(
+        "cone",
+        &[attribute("radius", OursNumbers(1), Drop), attribute("length", OursNumbers(1), Drop)],
+        &[],
     ),
-    // PyBullet's. The replacing ball is not read.
-    ours(element("plane", &[attribute("normal", OursNumbers(3), Leave)], &[]), "<sphere radius=\"1\"/>"),
+    // PyBullet's.
+    element("plane", &[attribute("normal", OursNumbers(3), Leave)], &[]),
 ];
 
 const GEOMETRY: Element = Element { one_of: true, ..needed(element("geometry", &[], SHAPES), Drop) };
@@ -154,12 +143,12 @@ const GEOMETRY: Element = Element { one_of: true, ..needed(element("geometry", &
 const INERTIA: Element = element(
     "inertia",
     &[
-        attribute("ixx", Numbers(1), Write("0")),
-        attribute("ixy", Numbers(1), Write("0")),
-        attribute("ixz", Numbers(1), Write("0")),
-        attribute("iyy", Numbers(1), Write("0")),
-        attribute("iyz", Numbers(1), Write("0")),
-        attribute("izz", Numbers(1), Write("0")),
+        attribute("ixx", Numbers(1), Zero),
+        attribute("ixy", Numbers(1), Zero),
+        attribute("ixz", Numbers(1), Zero),
+        attribute("iyy", Numbers(1), Zero),
+        attribute("iyz", Numbers(1), Zero),
+        attribute("izz", Numbers(1), Zero),
     ],
     &[],
 );
@@ -167,28 +156,21 @@ const INERTIA: Element = element(
 const INERTIAL: Element = element(
     "inertial",
     &[],
-    &[
-        ORIGIN,
-        needed(element("mass", &[attribute("value", Numbers(1), Drop)], &[]), Write("<mass value=\"0\"/>")),
-        needed(INERTIA, Write("<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>")),
-    ],
+    &[ORIGIN, element("mass", &[attribute("value", Numbers(1), Drop)], &[]), INERTIA],
 );
 
 /// PyBullet's attributes of a link's surface, and MuJoCo's of its collision groups.
-const CONTACT: Element = ours(
-    element(
-        "contact",
-        &[],
-        &[
-            element("lateral_friction", &[attribute("value", Numbers(1), Drop)], &[]),
-            element("restitution", &[attribute("value", Numbers(1), Drop)], &[]),
-            element("rolling_friction", &[attribute("value", Numbers(1), Drop)], &[]),
-            element("spinning_friction", &[attribute("value", Numbers(1), Drop)], &[]),
-            element("contype", &[attribute("value", Numbers(1), Drop)], &[]),
-            element("conaffinity", &[attribute("value", Numbers(1), Drop)], &[]),
-        ],
-    ),
-    "",
+const CONTACT: Element = element(
+    "contact",
+    &[],
+    &[
+        element("lateral_friction", &[attribute("value", Numbers(1), Drop)], &[]),
+        element("restitution", &[attribute("value", Numbers(1), Drop)], &[]),
+        element("rolling_friction", &[attribute("value", Numbers(1), Drop)], &[]),
+        element("spinning_friction", &[attribute("value", Numbers(1), Drop)], &[]),
+        element("contype", &[attribute("value", Numbers(1), Drop)], &[]),
+        element("conaffinity", &[attribute("value", Numbers(1), Drop)], &[]),
+    ],
 );
 
 const LINK: Element = element(
@@ -216,7 +198,7 @@ const JOINT: Element = element(
                 attribute("lower", Kind::Numbers(Shape::Bound), Leave),
                 attribute("upper", Kind::Numbers(Shape::Bound), Leave),
                 attribute("effort", Kind::Numbers(Shape::Bound), Leave),
-                attribute("velocity", Kind::Numbers(Shape::Bound), Write("0")),
+                attribute("velocity", Kind::Numbers(Shape::Bound), Zero),
             ],
             &[],
         ),
@@ -244,10 +226,9 @@ const JOINT: Element = element(
 /// Name of a nameless robot.
 pub(super) const NAMELESS: &str = "robot";
 
-/// The root. `version` is not passed to urdf-rs, which would refuse elements that versions after 1.1 forbid;
-/// simd checks numbers itself. [`setup`](super::setup) reads elements that concern no single link or joint.
+/// The root. `version` has no effect: simd reads the elements of all versions. [`setup`](super::setup) reads elements that concern no single link or joint.
 pub(super) const ROBOT: Element = element(
     "robot",
-    &[attribute("name", Name, Write(NAMELESS)), attribute("version", Unused, Leave)],
+    &[attribute("name", Name, Missing::Text(NAMELESS)), attribute("version", Unused, Leave)],
     &[many(LINK), many(JOINT), many(MATERIAL)],
 );
