@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::report::cut;
 use crate::robot::{MeshAsset, Sha256};
 
 /// A file that a description names.
@@ -36,4 +37,20 @@ pub trait Assets {
         let _ = (look, format);
         read().map(Arc::new)
     }
+}
+
+/// Maximum number of places in a report.
+const PLACES: usize = 8;
+/// Maximum bytes of a place; a longer one is cut.
+const PLACE_BYTES: usize = 500;
+
+/// Returns the first of the places where a file was looked for, and the number of further ones.
+pub fn first_places(mut places: Vec<String>) -> Vec<String> {
+    if places.len() > PLACES {
+        let more = places.len() + 1 - PLACES;
+        places.truncate(PLACES - 1);
+        places.push(format!("{more} more places"));
+    }
+    places.shrink_to_fit();
+    places.into_iter().map(|place| cut(place, PLACE_BYTES)).collect()
 }

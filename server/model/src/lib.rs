@@ -25,7 +25,7 @@ mod translate;
 pub mod translation;
 pub mod urdf;
 
-pub use assets::{Asset, Assets};
+pub use assets::{Asset, Assets, first_places};
 pub use limits::{LoadLimits, MAX_LINKS};
 pub use mesh::beside::address as beside_mesh;
 pub use mesh::hull::extremes;
@@ -37,6 +37,6 @@ pub use robot::RobotModel;
 pub use translate::{describe_with, translate};
 pub use translation::{Format, TranslatedFiles, TranslatedModel, Translation};
 pub use urdf::{
-    Description, ReadOptions, Refused, Srdf, SrdfPair, describe, first_places, other_case, read, read_srdf,
-    readdress, with_states,
+    Description, ReadOptions, Refused, Srdf, SrdfPair, describe, other_case, read, read_srdf, readdress,
+    with_states,
 };

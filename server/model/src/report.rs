@@ -160,6 +160,16 @@ fn bare(text: &str) -> String {
     outside.flat_map(str::chars).filter(|c| !c.is_ascii_digit()).collect()
 }
 
+/// Cuts a text to at most `bytes` bytes, with an ellipsis.
+pub(crate) fn cut(mut text: String, bytes: usize) -> String {
+    if text.len() > bytes {
+        text.truncate(text.floor_char_boundary(bytes));
+        text.push_str("...");
+        text.shrink_to_fit();
+    }
+    text
+}
+
 /// Returns a counted noun: `1 link`, `2 links`.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })

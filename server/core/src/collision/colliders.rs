@@ -13,13 +13,13 @@ use rapier3d_f64::parry::shape::{Shape, ShapeType};
 use simd_model::robot::Material;
 
 pub use self::rest_pose::RestPose;
-use super::Shapes;
 use super::bounds::Bounds;
 use super::facets::Facets;
-use super::filter::Groups;
+use super::groups::Groups;
 use super::hull::Graph;
+use super::part::Part;
 use super::separation::Inner;
-use super::shapes::Part;
+use super::shapes::Shapes;
 use super::still::Still;
 use super::triangle_tree::TriangleTree;
 use crate::dynamics::Tree;
@@ -162,7 +162,7 @@ impl RobotColliders {
     /// They have no pose until [`RobotColliders::update_poses`] sets them, and do not touch each other until
     /// [`RobotColliders::set_filter`] allows it. A plane that could move touches nothing.
     pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface) -> Self {
-        let make = |(part, of): (usize, &super::shapes::Part)| {
+        let make = |(part, of): (usize, &Part)| {
             let frame = tree.links.get(of.link).filter(|_| of.is_used(tree))?;
             let sphere = of.shape.compute_local_bounding_sphere();
             let placed = Placed {

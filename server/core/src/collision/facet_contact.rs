@@ -11,9 +11,9 @@ use rapier3d_f64::parry::query::ContactManifold;
 use rapier3d_f64::parry::query::details::NormalConstraints;
 use rapier3d_f64::parry::shape::{Shape, Triangle};
 
+use super::clip::{clip_convex, is_capsule};
 use super::facets::{Facets, above, unit_normal};
 use super::hull::Graph;
-use super::narrow::{clip_convex, is_capsule};
 use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MAX_POINTS, needs_middle, reduce};
 use super::seams::{passes_edge, seam_height};

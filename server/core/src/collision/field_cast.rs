@@ -9,7 +9,7 @@ use rapier3d_f64::parry::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes}
 use rapier3d_f64::parry::shape::{HeightField, Shape};
 
 use super::facets::{Facets, above, ground};
-use super::first_touch::first_touch;
+use super::first_touch::{ShapeHit, first_touch};
 use super::surface_distance::{nearest_on_surface, overlaps_surface, triangle_bounds};
 
 /// Number of triangles between two calls of `is_cancelled`.
@@ -25,17 +25,6 @@ pub(super) const OPTIONS: ShapeCastOptions = ShapeCastOptions {
     stop_at_penetration: true,
     compute_impact_geometry_on_penetration: true,
 };
-
-/// Contact of a shape with another one, in the axes of that one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ShapeHit {
-    /// Part of the path, 0 to 1.
-    pub(super) fraction: f64,
-    /// Point on the surface.
-    pub(super) point: DVec3,
-    /// Outward normal of the surface.
-    pub(super) normal: DVec3,
-}
 
 /// Returns the first contact of a convex shape that moves by `way` with a field or its ground, all in the
 /// field's axes. Also returns `None` once `is_cancelled`.

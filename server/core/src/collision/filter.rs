@@ -15,34 +15,12 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::colliders::{Placed, RobotColliders};
+use super::groups::Groups;
 use crate::dynamics::Tree;
 
 /// Maximum number of pairs of colliders of different bodies for a robot with self-collision. They are stored,
 /// and a step in which the robot moves checks each.
 pub const MAX_OWN_PAIRS: u64 = 1_000_000;
-
-/// Groups that a link belongs to and groups that it touches, one bit each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Groups {
-    /// Groups that it belongs to.
-    pub group: u32,
-    /// Groups that it touches.
-    pub mask: u32,
-}
-
-impl Default for Groups {
-    /// Returns membership in the first group, with contact to all.
-    fn default() -> Self {
-        Self { group: 1, mask: u32::MAX }
-    }
-}
-
-impl Groups {
-    /// Returns whether one is in a group that the other one touches.
-    pub fn allow(self, other: Self) -> bool {
-        self.group & other.mask != 0 || other.group & self.mask != 0
-    }
-}
 
 /// Pair of links that is disabled or enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

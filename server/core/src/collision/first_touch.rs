@@ -7,8 +7,7 @@
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::shape::Shape;
 
-use super::distance::convex_contact;
-use super::field_cast::ShapeHit;
+use super::convex_contact::convex_contact;
 
 /// Distance before the end of a cast at which the search starts, as a part of the path: far above its error.
 const BEFORE: f64 = 1e-5;
@@ -20,6 +19,17 @@ const ROUNDING: f64 = 1e-12;
 
 /// Maximum number of steps.
 const STEPS: usize = 64;
+
+/// Contact of a shape with another one, in the axes of that one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ShapeHit {
+    /// Part of the path, 0 to 1.
+    pub(super) fraction: f64,
+    /// Point on the surface.
+    pub(super) point: DVec3,
+    /// Outward normal of the surface.
+    pub(super) normal: DVec3,
+}
 
 /// Returns the first contact of a convex shape that moves by `way` from a pose with another one at rest. The
 /// result is in the axes of the two poses. The search starts near the part of the path at which a cast ends.

@@ -5,7 +5,7 @@ use glamx::DPose3;
 
 use super::colliders::RobotColliders;
 use super::filter::Filter;
-use super::narrow::NarrowPhase;
+use super::narrow::{FixedPairScratch, NarrowPhase};
 use super::near_facets::NearFacets;
 use super::separation::{Solid, overlap_by, separation};
 use super::surface_contact::SHELL;
@@ -72,18 +72,6 @@ struct Query<'a> {
     /// Sum of their paths.
     path: f64,
     interrupt: &'a dyn Fn() -> bool,
-}
-
-/// Scratch of a query.
-#[derive(Default)]
-pub(super) struct FixedPairScratch {
-    /// Pairs that were ignored before the query.
-    before: Vec<[usize; 2]>,
-    points: Vec<ContactPoint>,
-    /// Colliders of the first robot near the second, and of the second near one of the first.
-    near: [Vec<usize>; 2],
-    /// Robots, 0 or 1, and their bodies with deep initial overlaps.
-    stuck: Vec<(usize, Option<usize>)>,
 }
 
 impl NarrowPhase {

@@ -8,11 +8,11 @@ use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 use rapier3d_f64::parry::transformation::voxelization::FillMode;
 use simd_model::robot::MeshAsset;
 
-use super::facets;
-use super::geometry::ConvexMesh;
+use super::convex_mesh::ConvexMesh;
 use super::hull::Graph;
+use super::mesh_facets;
+use super::part::{COARSE_HULL, MAX_MEASURED_TRIANGLES, Made, Way};
 use super::proxy::{ProxyShape, largest_distance};
-use super::shapes::{Made, Way};
 use super::simplify::simplified;
 use super::triangle_tree::TriangleTree;
 
@@ -25,12 +25,6 @@ const MAX_POINTS: usize = 1_000;
 
 /// Number of triangles above which a mesh is not decomposed; its hull replaces it.
 const MAX_DECOMPOSED_TRIANGLES: usize = 100_000;
-
-/// A hull that lies farther from its mesh is too coarse to touch other links of its robot with, metres.
-pub(super) const COARSE_HULL: f64 = 3e-3;
-
-/// The distance of a mesh with more triangles than this from other links is not measured: its hull touches them.
-pub(super) const MAX_MEASURED_TRIANGLES: usize = 100_000;
 
 /// Resolution and maximum number of parts of a convex decomposition.
 const DECOMPOSITION: VHACDParameters = VHACDParameters {
@@ -64,8 +58,8 @@ pub(super) fn is_field(mesh: &MeshAsset, scale: DVec3) -> bool {
 /// Returns the shapes of a mesh, or a replacement if they cannot be made.
 pub(super) fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh {
     let facets = || match &mesh.grid {
-        Some(grid) if is_field(mesh, scale) => facets::height_field(mesh, grid, scale),
-        _ => facets::triangles(mesh, scale),
+        Some(grid) if is_field(mesh, scale) => mesh_facets::height_field(mesh, grid, scale),
+        _ => mesh_facets::triangles(mesh, scale),
     };
     let exact = match way {
         Way::Facets => facets(),

@@ -3,21 +3,18 @@
 use std::fmt;
 
 use glamx::{DPose3, DVec3};
-use rapier3d_f64::parry::query::details::{
-    NormalConstraints, contact_manifold_ball_ball, contact_manifold_pfm_pfm,
-};
-use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
-use rapier3d_f64::parry::shape::{Ball, PolygonalFeatureMap, Shape, ShapeType};
+use rapier3d_f64::parry::query::ContactManifold;
+use rapier3d_f64::parry::query::details::contact_manifold_ball_ball;
+use rapier3d_f64::parry::shape::{Ball, Shape, ShapeType};
 
-use super::colliders::{Placed, RobotColliders};
+use super::clip::{clip_convex, is_capsule};
+use super::colliders::{Frame, Placed, RobotColliders};
 use super::facet_contact::{Convex, FacetContact};
 use super::facets::{Facets, relative};
 use super::filter::Filter;
-use super::fixed_pair::FixedPairScratch;
 use super::hull::Graph;
-use super::hull_support::HullSupport;
 use super::near_facets::NearFacets;
-use super::plane::{ROUNDING, far_above, outermost_beyond};
+use super::plane::{ROUNDING, outermost_beyond};
 use super::reduce::{MAX_POINTS, MERGE_DISTANCE, needs_middle, reduce};
 use super::seams::{is_seam, seam_height};
 use super::surface_contact::SurfaceContact;
@@ -51,6 +48,18 @@ pub struct NarrowPhase {
     facets: FacetContact,
     pub(super) surface_contact: SurfaceContact,
     pub(super) fixed_pairs: FixedPairScratch,
+}
+
+/// Scratch of a query of two robots that are fixed to the world, or of one.
+#[derive(Default)]
+pub(super) struct FixedPairScratch {
+    /// Pairs that were ignored before the query.
+    pub(super) before: Vec<[usize; 2]>,
+    pub(super) points: Vec<ContactPoint>,
+    /// Colliders of the first robot near the second, and of the second near one of the first.
+    pub(super) near: [Vec<usize>; 2],
+    /// Robots, 0 or 1, and their bodies with deep initial overlaps.
+    pub(super) stuck: Vec<(usize, Option<usize>)>,
 }
 
 impl fmt::Debug for NarrowPhase {
@@ -341,59 +350,20 @@ impl NarrowPhase {
     }
 }
 
-/// Computes a manifold of two convex shapes, with a separate search for hulls; `None` if there is no valid
-/// one. `constraints` limit the directions from which the first is touched.
-pub(super) fn clip_convex(
-    [(a, graph_a), (b, graph_b)]: [(&dyn Shape, Option<&Graph>); 2],
-    constraints: Option<&dyn NormalConstraints>,
-    a_from_b: &DPose3,
-    within: f64,
-    manifold: &mut ContactManifold<(), ()>,
-) -> Option<()> {
-    // parry continues from a manifold's contents; this one is empty.
-    manifold.points.clear();
-    manifold.local_n1 = DVec3::ZERO;
-    manifold.local_n2 = DVec3::ZERO;
-    let hulls = [HullSupport::of(a, graph_a), HullSupport::of(b, graph_b)];
-    let has_hull = hulls.iter().any(Option::is_some);
-    match (faces(hulls[0].as_ref(), a), faces(hulls[1].as_ref(), b)) {
-        (Some((first, around_first)), Some((second, around_second))) if has_hull => {
-            contact_manifold_pfm_pfm(
-                a_from_b,
-                first,
-                around_first,
-                constraints,
-                second,
-                around_second,
-                None,
-                within,
-                manifold,
-            );
-        }
-        _ => DefaultQueryDispatcher
-            .contact_manifold_convex_convex(a_from_b, a, b, constraints, None, within, manifold)
-            .ok()?,
-    }
-    manifold.local_n1.is_finite().then_some(())
-}
-
-/// Returns a shape's polygonal features for clipping, and the radius around them; `None` for a ball.
-fn faces<'a>(
-    hull: Option<&'a HullSupport<'a>>,
-    shape: &'a dyn Shape,
-) -> Option<(&'a dyn PolygonalFeatureMap, f64)> {
-    hull.map(|hull| (hull as &dyn PolygonalFeatureMap, 0.0)).or_else(|| shape.as_polygonal_feature_map())
-}
-
-/// Returns whether a shape is a capsule, which is used for feet and not for wheels.
-pub(super) fn is_capsule(shape: &dyn Shape) -> bool {
-    shape.shape_type() == ShapeType::Capsule
-}
-
 /// Returns whether parry clips faces of a shape.
 fn has_faces(shape: &dyn Shape) -> bool {
     matches!(
         shape.shape_type(),
         ShapeType::Cuboid | ShapeType::ConvexPolyhedron | ShapeType::Cylinder | ShapeType::Cone
     )
+}
+
+/// Returns whether a shape is a plane, and the sphere around another one is well above it. The bounds of a
+/// plane are all of space, and reject nothing.
+fn far_above((shape, plane): (&dyn Shape, &Frame), other: &Placed, within: f64) -> bool {
+    shape.as_halfspace().is_some_and(|half| {
+        let normal = plane.world_from_shape.rotation * half.normal;
+        let height = (other.world_middle - plane.world_from_shape.translation).dot(normal);
+        height - other.radius > within
+    })
 }

@@ -8,8 +8,8 @@ use rapier3d_f64::parry::query::{ShapeCastStatus, cast_shapes, intersection_test
 use rapier3d_f64::parry::shape::Shape;
 
 use super::facets::relative;
-use super::field_cast::{OPTIONS, ShapeHit, cast_at_field};
-use super::first_touch::first_touch;
+use super::field_cast::{OPTIONS, cast_at_field};
+use super::first_touch::{ShapeHit, first_touch};
 use super::rays::RayHit;
 use super::scene::{PlacedShape, QueryShape, Scene};
 use super::surface_distance::overlaps_surface;

@@ -5,21 +5,10 @@
 use glamx::DVec3;
 use rapier3d_f64::parry::shape::{Shape, TypedShape};
 
-use super::colliders::{Frame, Placed};
 use super::hull::Graph;
 
 /// Additional distance from a plane within which corners of a hull are searched, metres.
 pub(super) const ROUNDING: f64 = 1e-9;
-
-/// Returns whether a shape is a plane, and the sphere around another one is well above it. The bounds of a
-/// plane are all of space, and reject nothing.
-pub(super) fn far_above((shape, plane): (&dyn Shape, &Frame), other: &Placed, within: f64) -> bool {
-    shape.as_halfspace().is_some_and(|half| {
-        let normal = plane.world_from_shape.rotation * half.normal;
-        let height = (other.world_middle - plane.world_from_shape.translation).dot(normal);
-        height - other.radius > within
-    })
-}
 
 /// Like [`outermost`], for a shape that may be a hull with a graph, without corners that lie less than
 /// `least` along the direction. On a `plane`, a leaning round shape has only the points of its rim. On

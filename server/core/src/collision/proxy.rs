@@ -5,9 +5,8 @@ use rapier3d_f64::parry::query::PointQuery as _;
 use rapier3d_f64::parry::shape::TriMesh;
 use simd_model::robot::MeshAsset;
 
-use super::MeshShapes;
-use super::geometry::ConvexMesh;
-use super::shapes::Made;
+use super::convex_mesh::ConvexMesh;
+use super::part::{Made, MeshShapes};
 
 /// Shape that replaces a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,9 +9,8 @@ use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
 use rapier3d_f64::parry::shape::{ShapeType, SharedShape};
 use simd_model::robot::Geometry;
 
-use super::Shapes;
 use super::facets::{Facets, Neighbours, ground};
-use super::shapes::own_shape;
+use super::shapes::{Shapes, own_shape};
 use crate::dynamics::Tree;
 
 /// Shape of a query, which belongs to no robot.

@@ -3,55 +3,23 @@
 //! several convex parts.
 
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 use std::sync::Arc;
 
-use glamx::{DPose3, DQuat, DVec3};
-use rapier3d_f64::parry::shape::{SharedShape, TypedShape};
-use serde::{Deserialize, Serialize};
+use glamx::{DPose3, DVec3};
+use rapier3d_f64::parry::shape::SharedShape;
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, JointKind, Material, Sha256};
-use simd_model::setup::LinkPair as DescribedPair;
+use simd_model::robot::{Geometry, JointKind, Sha256};
 
-use super::colliders::RobotColliders;
-use super::facets::Neighbours;
-use super::filter::{Groups, LinkPair, MAX_OWN_PAIRS};
-use super::geometry::tree_of;
-use super::hull::Graph;
-use super::mesh::{COARSE_HULL, MadeMesh, is_field, mesh_shapes};
+use super::convex_mesh::tree_of;
+use super::mesh::{MadeMesh, is_field, mesh_shapes};
+use super::part::{Made, MeshShapes, Part, SAMPLE_BYTES, TRIANGLE_BYTES, Way, upright};
 use super::proxy::{Proxy, ProxyShape};
 use super::separation::Inner;
-use super::triangle_tree::TriangleTree;
-use crate::dynamics::Tree;
-use crate::dynamics::contact_point::Surface;
 
 /// Maximum memory of one robot's meshes as triangles, bytes; hulls replace further meshes. A million
 /// triangles.
 const MAX_FACET_BYTES: u64 = 1_000_000 * TRIANGLE_BYTES;
-
-/// Memory of a triangle of a mesh, bytes: its corners, its neighbours and its part of a tree.
-const TRIANGLE_BYTES: u64 = 300;
-
-/// Memory of a sample of a height field, bytes.
-const SAMPLE_BYTES: u64 = 9;
-
-/// Memory of a corner of a convex hull, bytes, with its edges and its part of the faces.
-const CORNER_BYTES: u64 = 700;
-
-/// Shapes to make of collision meshes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum MeshShapes {
-    /// Triangles for links that cannot move, convex hulls for other links.
-    #[default]
-    Mesh,
-    /// Convex hulls.
-    Hull,
-    /// At most 32 convex parts, by hierarchical approximate decomposition on 64 voxels a side (Mamou,
-    /// "Volumetric Hierarchical Approximate Convex Decomposition", 2016). Gaps narrower than a voxel may be
-    /// closed.
-    Decomposition,
-}
 
 /// Collision shapes of a robot, link by link. Hulls of large meshes take long to make: not on the physics
 /// thread.
@@ -61,47 +29,6 @@ pub struct Shapes {
     /// Shapes of its meshes, to be reused by other robots.
     meshes: MadeMeshes,
     proxies: Vec<Proxy>,
-}
-
-/// Shape of a link.
-#[derive(Clone)]
-pub(super) struct Part {
-    /// Link, by index.
-    pub(super) link: usize,
-    /// `link_from_shape`, in parry's convention for the shape.
-    pub(super) link_from_shape: DPose3,
-    pub(super) shape: SharedShape,
-    pub(super) inner: Inner,
-    /// Neighbours of triangles.
-    pub(super) neighbours: Option<Arc<Neighbours>>,
-    /// Edges of a convex hull of many corners.
-    pub(super) graph: Option<Arc<Graph>>,
-    /// Box around it, as centre and half lengths in its axes.
-    pub(super) local_box: [DVec3; 2],
-    /// Hash of the vertices and triangles, for a shape made of a mesh.
-    pub(super) surface: Option<Sha256>,
-    /// How far a convex hull lies from its mesh, metres; 0 of other shapes.
-    pub(super) hull_error: f64,
-    /// Its triangles, or those of the mesh that a hull stands for: of robots with a hull that is too coarse.
-    pub(super) tree: Option<Arc<TriangleTree>>,
-    /// As the description gives it.
-    pub(super) material: Material,
-}
-
-impl Part {
-    /// Whether it is a hull that lies too far from its mesh to touch other links of its robot with.
-    pub(super) fn is_coarse(&self) -> bool {
-        self.hull_error > COARSE_HULL
-    }
-}
-
-/// Two links of one robot that touch each other with a hull that is too coarse.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoarsePair {
-    /// Indices of the links, the smaller first.
-    pub links: [usize; 2],
-    /// How far the hull lies from its mesh, metres: the larger one of the two.
-    pub distance: f64,
 }
 
 impl fmt::Debug for Shapes {
@@ -185,42 +112,6 @@ impl Shapes {
         Self { parts, meshes, proxies }
     }
 
-    /// Returns pairs of links that touch each other with a coarse hull whose mesh is not measured, if the description
-    /// asks for self-collision. Each pair once, in order.
-    pub fn coarse_pairs(self: &Arc<Self>, model: &RobotModel, fixed_base: bool) -> Vec<CoarsePair> {
-        let is_hull = |part: &Part| part.is_coarse() && part.tree.is_none();
-        if !model.setup.self_collision || !self.parts.iter().any(is_hull) {
-            return Vec::new();
-        }
-        let tree = Tree::new(model, fixed_base);
-        let mut colliders = RobotColliders::new(&tree, self, Surface::default());
-        if colliders.most_own_pairs() > MAX_OWN_PAIRS {
-            return Vec::new();
-        }
-        let mut groups = vec![Groups::default(); model.links.len()];
-        for given in &model.setup.groups {
-            if let Some(groups) = groups.get_mut(given.link) {
-                *groups = Groups { group: given.group, mask: given.mask };
-            }
-        }
-        let in_order = |[i, j]: [usize; 2]| [i.min(j), i.max(j)];
-        let enabled = |pair: &DescribedPair| LinkPair { links: in_order(pair.links), enabled: pair.enabled };
-        let mut pairs: Vec<LinkPair> = model.setup.pairs.iter().map(enabled).collect();
-        pairs.sort_unstable();
-        colliders.set_filter(&tree, true, &groups, &pairs);
-        let mut found: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-        for [i, j] in colliders.own_collider_pairs() {
-            let parts = [i, j].map(|index| colliders.part(index));
-            if parts.into_iter().any(is_hull) {
-                let links = in_order(parts.map(|part| part.link));
-                let distance = parts[0].hull_error.max(parts[1].hull_error);
-                let known = found.entry(links).or_default();
-                *known = known.max(distance);
-            }
-        }
-        found.into_iter().map(|(links, distance)| CoarsePair { links, distance }).collect()
-    }
-
     /// Returns the shapes that replace its collision meshes, each once.
     pub fn proxies(&self) -> &[Proxy] {
         &self.proxies
@@ -257,68 +148,6 @@ fn welded_to_world(model: &RobotModel, fixed_base: bool) -> Vec<bool> {
         }
     }
     welded
-}
-
-/// Shapes to make of the mesh of one link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Way {
-    Facets,
-    Hull,
-    /// With the triangles of the mesh if it is too coarse.
-    MeasuredHull,
-    Decomposition,
-}
-
-impl Way {
-    fn of(asked: MeshShapes, is_welded: bool, has_links_that_meet: bool) -> Self {
-        match asked {
-            MeshShapes::Mesh if is_welded => Self::Facets,
-            MeshShapes::Mesh if has_links_that_meet => Self::MeasuredHull,
-            MeshShapes::Mesh | MeshShapes::Hull => Self::Hull,
-            MeshShapes::Decomposition => Self::Decomposition,
-        }
-    }
-}
-
-/// Shape of a geometry.
-#[derive(Clone)]
-pub(super) struct Made {
-    pub(super) shape: SharedShape,
-    /// Pose of parry's axes for the shape in the description's axes.
-    pub(super) own_from_shape: DPose3,
-    /// See [`Part::neighbours`].
-    pub(super) neighbours: Option<Arc<Neighbours>>,
-    /// See [`Part::graph`].
-    pub(super) graph: Option<Arc<Graph>>,
-    /// See [`Part::surface`].
-    pub(super) surface: Option<Sha256>,
-    /// See [`Part::tree`].
-    pub(super) tree: Option<Arc<TriangleTree>>,
-}
-
-impl Made {
-    /// A shape whose axes are those of the description.
-    pub(super) fn new(shape: SharedShape) -> Self {
-        Self {
-            shape,
-            own_from_shape: DPose3::IDENTITY,
-            neighbours: None,
-            graph: None,
-            surface: None,
-            tree: None,
-        }
-    }
-
-    /// Returns its approximate memory in bytes, if it was made of a mesh.
-    fn bytes(&self) -> u64 {
-        let tree = self.tree.as_ref().map_or(0, |tree| tree.bytes());
-        tree + match self.shape.as_typed_shape() {
-            TypedShape::TriMesh(mesh) => mesh.indices().len() as u64 * TRIANGLE_BYTES,
-            TypedShape::HeightField(field) => field.heights().data().len() as u64 * SAMPLE_BYTES,
-            TypedShape::ConvexPolyhedron(hull) => hull.points().len() as u64 * CORNER_BYTES,
-            _ => size_of::<Self>() as u64,
-        }
-    }
 }
 
 /// Key of a mesh's shapes: the hash of its file, its scale and the kind of shapes.
@@ -416,9 +245,4 @@ fn shapes(
 pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
     let made = shapes(geometry, Way::Hull, &mut TriangleBytes::default(), &mut MadeMeshes::new(), &[]);
     made.shapes.into_iter().next().map(|made| (made.shape, made.own_from_shape))
-}
-
-/// Returns the rotation for parry's cylinders and cones, whose axis is y, while URDF's is z.
-pub(super) fn upright() -> DPose3 {
-    DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2))
 }

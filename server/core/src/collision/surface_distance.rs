@@ -7,7 +7,7 @@ use rapier3d_f64::parry::query::details::contact_support_map_support_map;
 use rapier3d_f64::parry::query::{Contact, intersection_test};
 use rapier3d_f64::parry::shape::{Shape, SupportMap, Triangle};
 
-use super::distance::convex_contact;
+use super::convex_contact::convex_contact;
 use super::facets::{Facets, above, unit_normal};
 use super::plane::outermost;
 

@@ -6,9 +6,9 @@ use glamx::DVec3;
 use rapier3d_f64::parry::query::{Ray, RayCast as _};
 use rapier3d_f64::parry::shape::{Shape, ShapeType, TriMesh, TypedShape};
 
-use super::Shapes;
 use super::facets::{Facets, above};
 use super::scene::PlacedShape;
+use super::shapes::Shapes;
 
 /// Largest height above a shape at which surfaces are looked for, metres.
 const FARTHEST: f64 = 1e4;

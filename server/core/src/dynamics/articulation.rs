@@ -34,7 +34,6 @@ use super::velocity_terms::{VelocityTerms, is_fast};
 
 pub use body_state::BodyState;
 pub(in crate::dynamics) use saturation::{BOTH_WAYS_UNTIL, EXACT_ROUNDS, MAX_ROUNDS};
-pub use soundness::LARGEST_STATE;
 
 /// One robot: its structure, its state, and the scratch of its step.
 ///

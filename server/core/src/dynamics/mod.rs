@@ -64,7 +64,8 @@ pub mod trigonometry;
 pub mod velocity_terms;
 
 pub use actuator::{Actuator, Axis, Mode, Servo};
-pub use articulation::{Articulation, BodyState, LARGEST_STATE};
+pub use articulation::{Articulation, BodyState};
 pub use configuration::Configuration;
 pub use integrator::Integrator;
+pub use real::LARGEST_STATE;
 pub use tree::Tree;

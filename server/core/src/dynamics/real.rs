@@ -9,6 +9,11 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign};
 
 use glamx::{DMat3, DVec3};
+use simd_model::LARGEST_GIVEN;
+
+/// Largest velocity, m/s or rad/s, or position, m or rad, that is used in computations, alone or with others.
+/// It far exceeds all results of valid requests.
+pub const LARGEST_STATE: f64 = 1e6 * LARGEST_GIVEN;
 
 /// A number, or several side by side.
 pub trait Real:

@@ -4,9 +4,8 @@ use std::collections::BTreeSet;
 
 use super::draft::At;
 use super::element::Element;
-use crate::report::{Disposition, Finding, LoadReport, Severity};
+use crate::report::{Disposition, Finding, LoadReport, Severity, cut};
 use crate::urdf::Refused;
-use crate::urdf::findings::cut;
 
 /// Findings so far. As for URDF, each severity has a maximum number.
 pub(crate) struct Notes {

@@ -3,7 +3,7 @@
 use roxmltree::Node;
 
 use super::Refused;
-use crate::report::{Disposition, Finding, LoadReport, Severity};
+use crate::report::{Disposition, Finding, LoadReport, Severity, cut};
 
 /// Reason why reading stops.
 #[derive(Debug)]
@@ -260,16 +260,6 @@ pub(crate) fn label(node: Node) -> String {
     }
     words.reverse();
     words.join(" ")
-}
-
-/// Cuts a text to at most `bytes` bytes, with an ellipsis.
-pub(crate) fn cut(mut text: String, bytes: usize) -> String {
-    if text.len() > bytes {
-        text.truncate(text.floor_char_boundary(bytes));
-        text.push_str("...");
-        text.shrink_to_fit();
-    }
-    text
 }
 
 /// Quotes a value of the file, and shortens it.

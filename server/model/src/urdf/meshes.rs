@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::findings::{Findings, cut, quoted};
-use crate::assets::{Asset, Assets};
+use super::findings::{Findings, quoted};
+use crate::assets::{Asset, Assets, first_places};
 use crate::limits::{self, LoadLimits};
 use crate::mesh::{self, Beside, beside, image};
 use crate::report::Disposition::{Ignored, Repaired};
@@ -221,22 +221,6 @@ impl<'s> Meshes<'s> {
         }
         Ok(read)
     }
-}
-
-/// Maximum number of places in a report.
-const PLACES: usize = 8;
-/// Maximum bytes of a place; a longer one is cut.
-const PLACE_BYTES: usize = 500;
-
-/// Returns the first of the places where a file was looked for, and the number of further ones.
-pub fn first_places(mut places: Vec<String>) -> Vec<String> {
-    if places.len() > PLACES {
-        let more = places.len() + 1 - PLACES;
-        places.truncate(PLACES - 1);
-        places.push(format!("{more} more places"));
-    }
-    places.shrink_to_fit();
-    places.into_iter().map(|place| cut(place, PLACE_BYTES)).collect()
 }
 
 /// Returns the reason why there is no file, to follow its URI.

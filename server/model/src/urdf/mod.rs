@@ -54,7 +54,7 @@ use deadline::Deadline;
 use findings::{Findings, Refusal};
 use gazebo::Gazebo;
 
-pub use meshes::{first_places, other_case};
+pub use meshes::other_case;
 pub use rewrite::{readdress, with_states};
 pub use srdf::{Srdf, SrdfPair, read_srdf};
 

@@ -1,14 +1,9 @@
 //! Checks whether a robot can be solved together with others, and handling of one that cannot.
 
 use glamx::DVec3;
-use simd_model::LARGEST_GIVEN;
 
 use super::Articulation;
 use crate::dynamics::constraint::Constraints;
-
-/// Largest velocity, m/s or rad/s, or position, m or rad, that is used in computations, alone or with others.
-/// It far exceeds all results of valid requests.
-pub const LARGEST_STATE: f64 = 1e6 * LARGEST_GIVEN;
 
 impl Articulation {
     /// Returns whether all new velocities are finite and at most `most` in size.

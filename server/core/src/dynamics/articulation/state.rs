@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 
-use super::{Articulation, BodyState, LARGEST_STATE};
+use super::{Articulation, BodyState};
 use crate::dynamics::actuator::{Actuator, Axis};
 use crate::dynamics::articulated::write_free;
 use crate::dynamics::integrator::History;
+use crate::dynamics::real::LARGEST_STATE;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::tree::Tree;
 

@@ -6,7 +6,8 @@
 use glamx::DVec3;
 
 use super::Island;
-use crate::dynamics::articulation::{Articulation, LARGEST_STATE};
+use crate::dynamics::articulation::Articulation;
+use crate::dynamics::real::LARGEST_STATE;
 
 /// Largest number of a row: its square times a velocity is still finite.
 const LARGEST: f64 = 1e100;

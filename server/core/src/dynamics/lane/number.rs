@@ -8,8 +8,7 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub, SubAssign
 use pulp::{Simd, bytemuck};
 
 use super::vectors::{Matrix, Vector};
-use crate::dynamics::LARGEST_STATE;
-use crate::dynamics::real::{MaskOf, Real};
+use crate::dynamics::real::{LARGEST_STATE, MaskOf, Real};
 use crate::dynamics::trigonometry;
 
 /// One `f64` for each lane.
