@@ -14,7 +14,7 @@ from simd_client.assets import Locator, Missing, Why, find_urdf
 from simd_client.assets.package import RosPaths
 from simd_client.errors import NoUrdf
 
-VECTORS = REPOSITORY / "client" / "assets" / "vectors" / "paths.json"
+VECTORS = REPOSITORY / "server" / "formats" / "assets" / "vectors" / "paths.json"
 
 
 def make(tree: Path, case: dict[str, Any]) -> None:

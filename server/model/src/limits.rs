@@ -69,7 +69,7 @@ pub(crate) const MESH_BYTES: usize = 128 << 20;
 /// Triangles of one mesh file.
 pub(crate) const MESH_TRIANGLES: usize = 2_000_000;
 /// Vertices of one mesh file.
-pub(crate) const MESH_VERTICES: usize = 3 * MESH_TRIANGLES;
+pub(crate) const MESH_VERTICES: usize = simd_gltf::MAX_VERTICES;
 /// Bytes of a COLLADA file, which needs much memory while it is read.
 pub(crate) const COLLADA_BYTES: usize = 64 << 20;
 /// XML nodes of a COLLADA file.
@@ -92,14 +92,8 @@ pub(crate) const IMAGE_SIDE: u32 = 8192;
 pub(crate) const IMAGE_PIXELS: u64 = 4096 * 4096;
 /// Bytes of all files beside one mesh, and of the pictures in it.
 pub(crate) const BESIDE_BYTES: usize = 64 << 20;
-/// Bytes of the JSON of a glTF.
-pub(crate) const GLTF_JSON_BYTES: usize = 32 << 20;
-/// Objects in the JSON of a glTF.
-pub(crate) const GLTF_OBJECTS: usize = 250_000;
 /// Parts of meshes that are visited in a glTF.
 pub(crate) const GLTF_VISITS: usize = 1_000_000;
-/// Elements of buffers that are read for a glTF: repeated references count each time.
-pub(crate) const GLTF_WALK: usize = 50_000_000;
 /// Largest magnitude of a number in a description or a mesh. Results of such numbers stay finite: a tensor of
 /// inertia is the fifth power of a length.
 pub(crate) const MAGNITUDE: f64 = 1e18;

@@ -1,6 +1,6 @@
 // The page finds dropped files as the other clients find files on a disk: both run the shared test vectors.
 import { expect, test } from "vitest";
-import cases from "../../../assets/vectors/paths.json";
+import cases from "../../../../server/formats/assets/vectors/paths.json";
 import { Locator } from "./locator";
 import { MOUNT, Tree } from "./tree";
 import { searchedPlaces } from "./missing-file";

@@ -1,4 +1,4 @@
-// Resolves the URIs of a URDF to dropped files: by the rules of client/assets, for a tree without symbolic links.
+// Resolves the URIs of a URDF to dropped files: by the rules of server/formats/assets, for a tree without symbolic links.
 import { isWithin, join, nameOf, parent, steps, type Tree } from "./tree";
 import { readings, type Reading } from "./uri";
 import type { Missing, MissingReason } from "./missing-file";

@@ -1,4 +1,4 @@
-// Reasons why a URI has no file: the reasons of client/assets, with messages for the user.
+// Reasons why a URI has no file: the reasons of server/formats/assets, with messages for the user.
 
 export type MissingReason =
   | "missing"

@@ -1,4 +1,4 @@
-// Parses the `filename` attributes of a URDF: the same rules as in client/assets/src/uri.rs.
+// Parses the `filename` attributes of a URDF: the same rules as in server/formats/assets/src/uri.rs.
 import type { MissingReason } from "./missing-file";
 
 /** A parsed URI. */

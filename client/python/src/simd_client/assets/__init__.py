@@ -1,4 +1,4 @@
-"""Finds the files that a URDF names, in ROS package folders, like the crate `client/assets`.
+"""Finds the files that a URDF names, in ROS package folders, like the crate `server/formats/assets`.
 
 A URDF may be untrusted, so it can only refer to meshes and images below the folder of a package, with symbolic
 links resolved. Nothing is fetched and no ROS tool is executed.

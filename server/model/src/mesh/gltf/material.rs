@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::accessor::Buffers;
-use super::document::{Document, Pbr, data};
+use simd_gltf::{Buffers, Document, Pbr, data, srgb};
+
 use crate::limits;
 use crate::mesh::builder::Look;
 use crate::mesh::{Beside, image};
@@ -56,7 +56,7 @@ impl<'d> Materials<'d> {
         let image = texture.and_then(|texture| self.image(self.document.textures.get(texture)?.source?));
         let blends = self.document.materials.get(index)?.alpha_mode.as_deref() == Some("BLEND");
         Some(Look {
-            color: Some([red, green, blue].map(screen)),
+            color: Some([red, green, blue].map(srgb)),
             alpha: if blends { alpha.clamp(0.0, 1.0) } else { 1.0 },
             image,
         })
@@ -85,10 +85,4 @@ impl<'d> Materials<'d> {
         }
         image::check(Sha256::of(&bytes), bytes).ok().map(Arc::new)
     }
-}
-
-/// Converts a linear colour component to sRGB (IEC 61966-2-1).
-fn screen(part: f64) -> f64 {
-    let part = part.clamp(0.0, 1.0);
-    if part <= 0.003_130_8 { 12.92 * part } else { 1.055 * part.powf(1.0 / 2.4) - 0.055 }
 }

@@ -1,35 +1,26 @@
-//! glTF 2.0, as text and binary: triangles of a file's scene, in metres, in the file's own axes.
-//!
-//! * `document`: the JSON, as far as it is read, and the binary part.
-//! * `accessor`: numbers in buffers.
-//! * `material`: colours and textures.
-//!
-//! No library is used: the existing ones decode pictures, or compute with counts of a file before they check
-//! its length. Nothing here recurses, and memory is bounded by the file's own bytes.
+//! glTF 2.0, as text and binary: triangles of a file's scene, in metres, in the file's own axes. The crate
+//! `simd-gltf` reads the parts of the file; `material` has colours and textures.
 //!
 //! The axes are the link's, as with [COLLADA](super::collada): glTF's convention that y is up is not applied.
 
-mod accessor;
-mod document;
 mod material;
 #[cfg(test)]
 mod tests;
 
 use glamx::{DMat4, DQuat, DVec3};
+use simd_gltf::{Buffers, Document, Node, Primitive, TRIANGLES};
 
 use super::beside::{Named, Role, relative};
-use super::builder::{Builder, FaceCorner};
+use super::builder::{Builder, FaceCorner, texture_coordinate};
 use super::{Beside, Triangles};
 use crate::limits;
 use crate::robot::Paint;
-use accessor::Buffers;
-use document::{Document, Node, Primitive};
 use material::Materials;
 
 /// Reads the scene of a file, its colours and its textures.
 pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Paint>), String> {
-    let (document, binary) = document::read(bytes)?;
-    let buffers = Buffers::new(&document, binary, beside)?;
+    let (document, binary) = simd_gltf::read(bytes)?;
+    let buffers = Buffers::new(&document, binary, |uri| beside.bytes(uri).map(|bytes| &**bytes))?;
     let mut reader = Reader {
         document: &document,
         buffers: &buffers,
@@ -46,7 +37,7 @@ pub(super) fn parse(bytes: &[u8], beside: &Beside) -> Result<(Triangles, Vec<Pai
 
 /// Returns the files that it names.
 pub(super) fn named(bytes: &[u8]) -> Vec<Named> {
-    let Ok((document, _)) = document::read(bytes) else { return Vec::new() };
+    let Ok((document, _)) = simd_gltf::read(bytes) else { return Vec::new() };
     let buffers = document.buffers.iter().map(|buffer| (&buffer.uri, Role::Buffer));
     let files = buffers.chain(document.images.iter().map(|image| (&image.uri, Role::Image)));
     let named = files.filter_map(|(uri, role)| Some(Named { name: relative(uri.as_deref()?)?, role }));
@@ -64,8 +55,7 @@ struct Reader<'d> {
     visits: usize,
 }
 
-/// Modes of triangles, strips and fans; points and lines have no area.
-const TRIANGLES: u32 = 4;
+/// Modes of strips and fans, after the one of triangles; points and lines have no area.
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
@@ -128,7 +118,7 @@ impl Reader<'_> {
         let set = self.materials.texture_set(primitive.material).unwrap_or(0);
         let has_picture = look.image.is_some() || self.is_covered;
         let uvs = match primitive.attributes.uvs(set).filter(|_| has_picture) {
-            Some(accessor) => self.buffers.uvs(accessor).unwrap_or_default(),
+            Some(accessor) => uvs(self.buffers, accessor),
             None => Vec::new(),
         };
         let first = self.mesh.corners();
@@ -162,6 +152,12 @@ impl Reader<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns texture coordinates; none if they cannot be read, which does not refuse the mesh.
+fn uvs(buffers: &Buffers, accessor: usize) -> Vec<[f32; 2]> {
+    let uvs = buffers.pairs(accessor).unwrap_or_default();
+    uvs.into_iter().map(|uv| uv.map(|value| texture_coordinate(f64::from(value)))).collect()
 }
 
 /// Returns `parent_from_node`.

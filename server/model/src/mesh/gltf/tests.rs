@@ -2,7 +2,6 @@
 
 use glamx::DVec3;
 
-use crate::limits;
 use crate::mesh::{Beside, Content, read};
 
 /// A triangle in a buffer within the JSON. The vertices are (0, 0, 0), (1, 0, 0), (0, 1, 0), then come the
@@ -101,7 +100,7 @@ fn broken_and_unknown_parts_are_refused_with_a_sentence() {
 
 #[test]
 fn a_short_file_does_not_become_long_work() {
-    let many = "{},".repeat(limits::GLTF_OBJECTS);
+    let many = "{},".repeat(simd_gltf::MAX_OBJECTS);
     assert!(why(&document(&format!(r#""images": [{many}{{}}], {PLAIN}"#))).contains("objects; the limit is"));
     // A mesh of ten thousand parts, used ten thousand times.
     let part = r#"{"attributes": {"POSITION": 0}, "mode": 0},"#.repeat(10_000);

@@ -4,12 +4,11 @@ use std::borrow::Cow;
 use std::cell::Cell;
 
 use super::document::{Accessor, Document, data};
-use crate::limits;
-use crate::mesh::Beside;
-use crate::mesh::builder::texture_coordinate;
+use crate::{MAX_ELEMENTS, MAX_VERTICES, shown};
 
 /// Contents of the buffers.
-pub(super) struct Buffers<'d> {
+#[derive(Debug)]
+pub struct Buffers<'d> {
     document: &'d Document,
     all: Vec<Option<Cow<'d, [u8]>>>,
     /// Number of values that were read: a short file can refer to its longest part a million times.
@@ -25,11 +24,14 @@ const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
 
 impl<'d> Buffers<'d> {
-    /// Takes the buffers from the file itself, from its JSON, or from files beside it.
-    pub(super) fn new(
+    /// Takes the buffers from the file itself, from its JSON, or from files `beside` it, by their names.
+    ///
+    /// # Errors
+    /// Returns an error if a buffer in the JSON is not in base 64.
+    pub fn new(
         document: &'d Document,
         binary: Option<&'d [u8]>,
-        beside: &'d Beside,
+        beside: impl Fn(&str) -> Option<&'d [u8]>,
     ) -> Result<Self, String> {
         let all = document.buffers.iter().enumerate().map(|(index, buffer)| match &buffer.uri {
             // The binary part belongs to the first buffer.
@@ -38,19 +40,22 @@ impl<'d> Buffers<'d> {
                 Some(data) => Ok(Some(Cow::Owned(data))),
                 None => Err(format!("buffer {index} is not in base 64")),
             },
-            Some(uri) => Ok(beside.bytes(uri).map(|bytes| Cow::Borrowed(&**bytes))),
+            Some(uri) => Ok(beside(uri).map(Cow::Borrowed)),
         });
         Ok(Self { document, all: all.collect::<Result<_, String>>()?, walked: Cell::new(0) })
     }
 
     /// Returns the bytes of a view.
-    pub(super) fn view(&self, view: usize) -> Result<&[u8], String> {
+    ///
+    /// # Errors
+    /// Returns an error if its buffer does not have them.
+    pub fn view(&self, view: usize) -> Result<&[u8], String> {
         let Some(found) = self.document.buffer_views.get(view) else {
             return Err(format!("it names buffer view {view}, which does not exist"));
         };
         let Some(Some(buffer)) = self.all.get(found.buffer) else {
             let named = self.document.buffers.get(found.buffer).and_then(|buffer| buffer.uri.as_deref());
-            let named = named.map_or_else(String::new, |uri| format!(" {}", crate::mesh::shown(uri)));
+            let named = named.map_or_else(String::new, |uri| format!(" {}", shown(uri)));
             return Err(format!("its buffer{named} does not exist"));
         };
         let rest = buffer.get(found.byte_offset..);
@@ -58,21 +63,29 @@ impl<'d> Buffers<'d> {
         own.ok_or_else(|| format!("buffer view {view} ends behind its buffer, of {} bytes", buffer.len()))
     }
 
-    /// Reads positions.
-    pub(super) fn vectors(&self, accessor: usize) -> Result<Vec<[f32; 3]>, String> {
+    /// Reads positions or normals.
+    ///
+    /// # Errors
+    /// Returns an error if they are not at the declared place, or of another type.
+    pub fn vectors(&self, accessor: usize) -> Result<Vec<[f32; 3]>, String> {
         let found = self.get(accessor, &["VEC3"])?;
         self.read::<3>(accessor, found)
     }
 
-    /// Reads texture coordinates; `None` if they cannot be read, which does not refuse the mesh.
-    pub(super) fn uvs(&self, accessor: usize) -> Option<Vec<[f32; 2]>> {
-        let found = self.get(accessor, &["VEC2"]).ok()?;
-        let uvs = self.read::<2>(accessor, found).ok()?;
-        Some(uvs.into_iter().map(|uv| uv.map(|value| texture_coordinate(f64::from(value)))).collect())
+    /// Reads texture coordinates.
+    ///
+    /// # Errors
+    /// Returns an error if they are not at the declared place, or of another type.
+    pub fn pairs(&self, accessor: usize) -> Result<Vec<[f32; 2]>, String> {
+        let found = self.get(accessor, &["VEC2"])?;
+        self.read::<2>(accessor, found)
     }
 
     /// Reads the vertex indices of triangles.
-    pub(super) fn indices(&self, accessor: usize) -> Result<Vec<u32>, String> {
+    ///
+    /// # Errors
+    /// Returns an error if they are not at the declared place, or no whole numbers.
+    pub fn indices(&self, accessor: usize) -> Result<Vec<u32>, String> {
         let found = self.get(accessor, &["SCALAR"])?;
         let (bytes, size, stride) = self.bytes(accessor, found, 1)?;
         let index = |at: usize| -> Option<u32> {
@@ -94,7 +107,7 @@ impl<'d> Buffers<'d> {
             return Err(format!("it names accessor {accessor}, which does not exist"));
         };
         if !kinds.contains(&found.kind.as_str()) {
-            let (kind, expected) = (crate::mesh::shown(&found.kind), kinds.join(" or "));
+            let (kind, expected) = (shown(&found.kind), kinds.join(" or "));
             return Err(format!("accessor {accessor} is of {kind} instead of {expected}"));
         }
         if found.sparse.is_some() {
@@ -131,16 +144,16 @@ impl<'d> Buffers<'d> {
         }
         let walked = self.walked.get().saturating_add(accessor.count);
         self.walked.set(walked);
-        if walked > limits::GLTF_WALK {
-            return Err(format!("its parts name more than {} elements of buffers", limits::GLTF_WALK));
+        if walked > MAX_ELEMENTS {
+            return Err(format!("its parts name more than {} elements of buffers", MAX_ELEMENTS));
         }
         Ok((bytes, size, stride))
     }
 
     fn read<const N: usize>(&self, index: usize, accessor: &Accessor) -> Result<Vec<[f32; N]>, String> {
         let (bytes, size, stride) = self.bytes(index, accessor, N)?;
-        if accessor.count > limits::MESH_VERTICES {
-            return Err(format!("it has more than {} corners", limits::MESH_VERTICES));
+        if accessor.count > MAX_VERTICES {
+            return Err(format!("it has more than {} corners", MAX_VERTICES));
         }
         let kind = accessor.component_type;
         // Integers are values, or fractions of the largest one if normalized.

@@ -2,81 +2,117 @@
 
 use serde::Deserialize;
 
-use crate::limits;
-use crate::mesh::shown;
+use crate::{MAX_JSON_BYTES, MAX_OBJECTS, shown};
 
+/// The JSON of a file, as far as it is read.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Document {
-    pub(super) asset: Asset,
-    pub(super) extensions_required: Vec<String>,
-    pub(super) scene: Option<usize>,
-    pub(super) scenes: Vec<Scene>,
-    pub(super) nodes: Vec<Node>,
-    pub(super) meshes: Vec<Mesh>,
-    pub(super) materials: Vec<Material>,
-    pub(super) textures: Vec<Texture>,
-    pub(super) images: Vec<Image>,
-    pub(super) accessors: Vec<Accessor>,
-    pub(super) buffer_views: Vec<BufferView>,
-    pub(super) buffers: Vec<Buffer>,
+pub struct Document {
+    /// Facts about the file.
+    pub asset: Asset,
+    /// Names of extensions that a reader must know.
+    pub extensions_required: Vec<String>,
+    /// Index of its scene.
+    pub scene: Option<usize>,
+    /// Its scenes.
+    pub scenes: Vec<Scene>,
+    /// Its nodes.
+    pub nodes: Vec<Node>,
+    /// Its meshes.
+    pub meshes: Vec<Mesh>,
+    /// Its materials.
+    pub materials: Vec<Material>,
+    /// Its textures.
+    pub textures: Vec<Texture>,
+    /// Its pictures.
+    pub images: Vec<Image>,
+    /// Its accessors.
+    pub accessors: Vec<Accessor>,
+    /// Its views of buffers.
+    pub buffer_views: Vec<BufferView>,
+    /// Its buffers.
+    pub buffers: Vec<Buffer>,
 }
 
+/// Facts about the file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Asset {
-    pub(super) version: String,
+pub struct Asset {
+    /// Version of glTF.
+    pub version: String,
 }
 
+/// A scene.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Scene {
-    pub(super) nodes: Vec<usize>,
+pub struct Scene {
+    /// Its nodes without a parent.
+    pub nodes: Vec<usize>,
 }
 
+/// A node of a scene.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Node {
-    pub(super) children: Vec<usize>,
-    pub(super) mesh: Option<usize>,
-    pub(super) skin: Option<usize>,
+pub struct Node {
+    /// Its child nodes.
+    pub children: Vec<usize>,
+    /// Its mesh.
+    pub mesh: Option<usize>,
+    /// Its skin.
+    pub skin: Option<usize>,
     /// Column by column.
-    pub(super) matrix: Option<[f64; 16]>,
-    pub(super) translation: Option<[f64; 3]>,
-    pub(super) rotation: Option<[f64; 4]>,
-    pub(super) scale: Option<[f64; 3]>,
+    pub matrix: Option<[f64; 16]>,
+    /// Translation, metres.
+    pub translation: Option<[f64; 3]>,
+    /// Quaternion: x, y, z, w.
+    pub rotation: Option<[f64; 4]>,
+    /// Scale along each axis.
+    pub scale: Option<[f64; 3]>,
 }
 
+/// A mesh.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Mesh {
-    pub(super) primitives: Vec<Primitive>,
+pub struct Mesh {
+    /// Its parts.
+    pub primitives: Vec<Primitive>,
 }
 
+/// A part of a mesh with one material. Its numbers are indices in the lists of the document.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Primitive {
-    pub(super) attributes: Attributes,
-    pub(super) indices: Option<usize>,
-    pub(super) material: Option<usize>,
-    pub(super) mode: Option<u32>,
+pub struct Primitive {
+    /// Accessors of its vertices.
+    pub attributes: Attributes,
+    /// Accessor of its vertex indices.
+    pub indices: Option<usize>,
+    /// Its material.
+    pub material: Option<usize>,
+    /// Kind of its elements; triangles if absent.
+    pub mode: Option<u32>,
 }
 
 /// Indices of accessors.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Attributes {
+pub struct Attributes {
+    /// Positions.
     #[serde(rename = "POSITION")]
-    pub(super) position: Option<usize>,
+    pub position: Option<usize>,
+    /// Normals.
+    #[serde(rename = "NORMAL")]
+    pub normal: Option<usize>,
+    /// First set of texture coordinates.
     #[serde(rename = "TEXCOORD_0")]
-    texcoord_0: Option<usize>,
+    pub texcoord_0: Option<usize>,
+    /// Second set of texture coordinates.
     #[serde(rename = "TEXCOORD_1")]
-    texcoord_1: Option<usize>,
+    pub texcoord_1: Option<usize>,
 }
 
 impl Attributes {
     /// Returns the texture coordinates of one of the first two sets, which all readers support.
-    pub(super) fn uvs(&self, set: usize) -> Option<usize> {
+    pub fn uvs(&self, set: usize) -> Option<usize> {
         match set {
             0 => self.texcoord_0,
             1 => self.texcoord_1,
@@ -85,72 +121,101 @@ impl Attributes {
     }
 }
 
+/// A material.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Material {
-    pub(super) pbr_metallic_roughness: Option<Pbr>,
-    pub(super) alpha_mode: Option<String>,
+pub struct Material {
+    /// Its name.
+    pub name: String,
+    /// Its colour.
+    pub pbr_metallic_roughness: Option<Pbr>,
+    /// Use of its alpha.
+    pub alpha_mode: Option<String>,
 }
 
+/// The colour of a material.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Pbr {
+pub struct Pbr {
     /// Linear, not sRGB.
-    pub(super) base_color_factor: Option<[f64; 4]>,
-    pub(super) base_color_texture: Option<TextureInfo>,
+    pub base_color_factor: Option<[f64; 4]>,
+    /// Its picture.
+    pub base_color_texture: Option<TextureInfo>,
 }
 
+/// Use of a texture.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct TextureInfo {
-    pub(super) index: usize,
-    pub(super) tex_coord: usize,
+pub struct TextureInfo {
+    /// Index of the texture.
+    pub index: usize,
+    /// Set of texture coordinates.
+    pub tex_coord: usize,
 }
 
+/// A texture.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Texture {
-    pub(super) source: Option<usize>,
+pub struct Texture {
+    /// Index of its picture.
+    pub source: Option<usize>,
 }
 
+/// A picture: in a file beside this one, or in a buffer.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Image {
-    pub(super) uri: Option<String>,
-    pub(super) buffer_view: Option<usize>,
+pub struct Image {
+    /// Name of the file, or its bytes.
+    pub uri: Option<String>,
+    /// Index of its view.
+    pub buffer_view: Option<usize>,
 }
 
+/// Numbers in a buffer.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Accessor {
-    pub(super) buffer_view: Option<usize>,
-    pub(super) byte_offset: usize,
-    pub(super) component_type: u32,
-    pub(super) normalized: bool,
-    pub(super) count: usize,
+pub struct Accessor {
+    /// Index of its view.
+    pub buffer_view: Option<usize>,
+    /// First byte.
+    pub byte_offset: usize,
+    /// Type of a number.
+    pub component_type: u32,
+    /// Whether integers are fractions of the largest one.
+    pub normalized: bool,
+    /// Number of elements.
+    pub count: usize,
+    /// Numbers of an element, by name.
     #[serde(rename = "type")]
-    pub(super) kind: String,
+    pub kind: String,
     /// Present if the accessor is sparse.
-    pub(super) sparse: Option<Sparse>,
+    pub sparse: Option<Sparse>,
 }
 
 /// Only its presence is read.
 #[derive(Debug, Deserialize)]
-pub(super) struct Sparse {}
+pub struct Sparse {}
 
+/// Part of a buffer.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct BufferView {
-    pub(super) buffer: usize,
-    pub(super) byte_offset: usize,
-    pub(super) byte_length: usize,
-    pub(super) byte_stride: Option<usize>,
+pub struct BufferView {
+    /// Index of its buffer.
+    pub buffer: usize,
+    /// First byte.
+    pub byte_offset: usize,
+    /// Number of bytes.
+    pub byte_length: usize,
+    /// Bytes from one element to the next.
+    pub byte_stride: Option<usize>,
 }
 
+/// A buffer: in a file beside this one, or in the binary part.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Buffer {
-    pub(super) uri: Option<String>,
+pub struct Buffer {
+    /// Name of the file, or its bytes.
+    pub uri: Option<String>,
 }
 
 /// Extensions that do not affect the parts that are read, or only their appearance.
@@ -158,17 +223,20 @@ const HARMLESS: &[&str] =
     &["KHR_materials_", "KHR_texture_transform", "KHR_lights_punctual", "KHR_mesh_quantization"];
 
 /// Returns the document, and the binary part if there is one.
-pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
+///
+/// # Errors
+/// Returns an error for a file that is cut, too large or of another version.
+pub fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), String> {
     let (json, binary) = if bytes.starts_with(b"glTF") { parts(bytes)? } else { (bytes, None) };
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
-    let (most, size) = (limits::GLTF_JSON_BYTES, json.len());
+    let (most, size) = (MAX_JSON_BYTES, json.len());
     if size > most {
         return Err(format!("its JSON has {size} bytes; the limit is {most}"));
     }
     // Each object takes a hundred times its text.
     let objects = json.iter().filter(|byte| **byte == b'{').count();
-    if objects > limits::GLTF_OBJECTS {
-        return Err(format!("its JSON has {objects} objects; the limit is {}", limits::GLTF_OBJECTS));
+    if objects > MAX_OBJECTS {
+        return Err(format!("its JSON has {objects} objects; the limit is {}", MAX_OBJECTS));
     }
     let document: Document =
         serde_json::from_slice(json).map_err(|error| format!("its JSON is not valid: {error}"))?;
@@ -212,7 +280,7 @@ fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
 }
 
 /// Returns the contents of a `data:` address; `None` if it is none, or is not in base 64.
-pub(super) fn data(uri: &str) -> Option<Vec<u8>> {
+pub fn data(uri: &str) -> Option<Vec<u8>> {
     let (head, text) = uri.strip_prefix("data:")?.split_once(',')?;
     if !head.ends_with(";base64") {
         return None;

@@ -1,4 +1,4 @@
-//! Test vectors that all clients share: `client/assets/vectors`.
+//! Test vectors that all clients share: `server/formats/assets/vectors`.
 
 use std::collections::BTreeMap;
 use std::fs;
