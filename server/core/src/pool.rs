@@ -23,19 +23,34 @@ pub type Interrupt<'a> = dyn Fn() -> bool + Sync + 'a;
 /// Number of pieces that work is divided into on a pool: enough that threads end at nearly the same time.
 pub(crate) const PIECES: usize = 16;
 
-/// Calls `work` for each item that `which` names, in order. `first` is the number of the first item. On a
-/// pool, the items are divided into `pieces`.
+/// Threads for some work, and the number of pieces that it is divided into.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Division<'p> {
+    /// Without it, the work is done on this thread.
+    pub(crate) pool: Option<&'p dyn Pool>,
+    /// Number of pieces.
+    pub(crate) pieces: usize,
+}
+
+impl Division<'_> {
+    /// Returns the division of half of the work.
+    pub(crate) fn half(self) -> Self {
+        Self { pieces: self.pieces / 2, ..self }
+    }
+}
+
+/// Calls `work` for each item that `which` names, in order. `first` is the number of the first item.
 pub(crate) fn for_each<T: Send>(
-    (pool, pieces): (Option<&dyn Pool>, usize),
+    division: Division<'_>,
     (items, first): (&mut [T], usize),
     which: &[usize],
     work: &(dyn Fn(&mut T) + Sync),
 ) {
     let (left, right) = which.split_at(which.len() / 2);
-    match (pool, right.first()) {
-        (Some(pool), Some(&middle)) if pieces > 1 && !left.is_empty() => {
+    match (division.pool, right.first()) {
+        (Some(pool), Some(&middle)) if division.pieces > 1 && !left.is_empty() => {
             let (before, after) = items.split_at_mut(middle - first);
-            let half = (Some(pool), pieces / 2);
+            let half = division.half();
             pool.join(&mut || for_each(half, (before, first), left, work), &mut || {
                 for_each(half, (after, middle), right, work)
             });

@@ -139,6 +139,17 @@ fn gather_inertia(pass: InertiaPass<'_>) {
     }
 }
 
+/// Positions and velocities within a step, in the order of the tree.
+#[derive(Clone, Copy, Debug)]
+pub struct MidStep<'a> {
+    /// Positions that kinematics were computed with.
+    pub q: &'a [f64],
+    /// Velocities that kinematics were computed with.
+    pub qd: &'a [f64],
+    /// Velocities that accelerations are added to.
+    pub half: &'a [f64],
+}
+
 /// Third pass, root to leaves: accelerations, and the new velocities from them (Featherstone table 7.1, third
 /// loop, eq. 7.48).
 ///
@@ -147,7 +158,7 @@ fn gather_inertia(pass: InertiaPass<'_>) {
 pub fn accelerate(
     tree: &Tree,
     base_acceleration: DVec3,
-    (q, qd, half): (&[f64], &[f64], &[f64]),
+    MidStep { q, qd, half }: MidStep<'_>,
     h: f64,
     scratch: &mut Scratch,
     velocities: &mut [f64],

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
-use super::articulated::{InertiaPass, accelerate, base_acceleration};
+use super::articulated::{InertiaPass, MidStep, accelerate, base_acceleration};
 use super::constraint::{Constraints, Impulses, collect, respond, solve};
 use super::gains::set_default_gains;
 use super::gravity_compensation::{SubtreeMass, compensate, is_compensated};
@@ -313,7 +313,7 @@ impl Articulation {
             self.drift(gravity, h, 1.0);
             return;
         }
-        let state = (&**positions, &**velocities, &**half_velocities);
+        let state = MidStep { q: positions, qd: velocities, half: half_velocities };
         accelerate(tree, base_acceleration(&base, gravity), state, h, passes, new_velocities);
         if *integrator == Integrator::Leapfrog && is_fast(passes, h) {
             velocity_terms.solve(tree, state, h, passes, new_velocities);

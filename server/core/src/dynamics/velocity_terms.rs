@@ -9,7 +9,7 @@
 
 use glamx::{DMat3, DVec3};
 
-use super::articulated::{along, free_velocities, part_mut, write_free};
+use super::articulated::{MidStep, along, free_velocities, part_mut, write_free};
 use super::inertia::Rigid;
 use super::kinematics::free_pose;
 use super::scratch::Scratch;
@@ -96,7 +96,7 @@ impl VelocityTerms {
     pub fn solve(
         &mut self,
         tree: &Tree,
-        (q, qd, half): (&[f64], &[f64], &[f64]),
+        MidStep { q, qd, half }: MidStep<'_>,
         h: f64,
         scratch: &mut Scratch,
         new: &mut [f64],
@@ -159,7 +159,7 @@ impl VelocityTerms {
     pub fn begin_balance(
         &mut self,
         tree: &Tree,
-        (q, qd, half): (&[f64], &[f64], &[f64]),
+        MidStep { q, qd, half }: MidStep<'_>,
         scratch: &Scratch,
         are_solved: bool,
     ) {
@@ -182,7 +182,8 @@ impl VelocityTerms {
     pub fn begin_half_kick(
         &mut self,
         tree: &Tree,
-        (q, given): (&[f64], &[f64]),
+        q: &[f64],
+        given: &[f64],
         scratch: &Scratch,
         halved: &[f64],
     ) {

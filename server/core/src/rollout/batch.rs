@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::ops::Range;
 
 use super::Rollout;
-use super::controls::ControlMemory;
+use super::controls::{ControlMemory, CopyStep};
 use super::open_batch::{BatchResult, CopyResult, Ended, OpenBatch, Running, Stop, part};
 use super::quantities::View;
 use super::schedule::{Halt, Schedule, Unpaused};
@@ -212,7 +212,7 @@ impl Rollout {
         for control in &self.controls {
             let factors = &gain_factors[control.robot()];
             let factor = |joint: usize| factors.get(joint).copied().unwrap_or(1.0);
-            control.drive(world, (copy, step), factor, memory)?;
+            control.drive(world, CopyStep { copy, step }, factor, memory)?;
         }
         self.variations.iter().try_for_each(|variation| variation.apply_wrench(world, copy, step))
     }

@@ -35,6 +35,15 @@ struct FeedbackPlan {
     references: Option<Knots>,
 }
 
+/// A step of a copy.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CopyStep {
+    /// Index of the copy.
+    pub(super) copy: usize,
+    /// Number of steps before it.
+    pub(super) step: u64,
+}
+
 /// Memory of a step.
 #[derive(Debug, Default)]
 pub(super) struct ControlMemory {
@@ -132,20 +141,20 @@ impl ControlPlan {
     pub(super) fn drive(
         &self,
         world: &mut Simulation,
-        (copy, step): (usize, u64),
+        at: CopyStep,
         factor: impl Fn(usize) -> f64,
         memory: &mut ControlMemory,
     ) -> Result<(), Error> {
-        if !self.drives_at(step) {
+        if !self.drives_at(at.step) {
             return Ok(());
         }
-        self.find_numbers((copy, step), |body| world.axis_state(self.robot, body), memory)?;
+        self.find_numbers(at, |body| world.axis_state(self.robot, body), memory)?;
         let gains = self.axes.iter().zip(&self.gains);
         let gains = gains.map(|(axis, gains)| gains.map(|gain| gain * factor(axis.joint)));
         // A command ends the trajectories of the joints, and validates targets. If neither is needed, the
         // targets are set directly: a command takes as long as a step.
-        let by_command = step == 0
-            && (copy == 0
+        let by_command = at.step == 0
+            && (at.copy == 0
                 || world.has_trajectories(self.robot)
                 || gains.clone().flatten().any(f64::is_infinite));
         let targets = memory.values.iter().zip(gains).map(|(value, gains)| self.target(*value, gains));
@@ -169,13 +178,13 @@ impl ControlPlan {
         &self,
         lanes: &mut LaneRobot<S>,
         lane: usize,
-        (copy, step): (usize, u64),
+        at: CopyStep,
         memory: &mut ControlMemory,
     ) -> Result<(), Error> {
-        if !self.drives_at(step) {
+        if !self.drives_at(at.step) {
             return Ok(());
         }
-        self.find_numbers((copy, step), |body| lanes.axis_state(lane, body), memory)?;
+        self.find_numbers(at, |body| lanes.axis_state(lane, body), memory)?;
         let mode = match self.mode {
             ControlMode::Position => Mode::Position,
             ControlMode::Velocity => Mode::Velocity,
@@ -191,23 +200,23 @@ impl ControlPlan {
     /// velocity of the joint of a body.
     fn find_numbers(
         &self,
-        (copy, step): (usize, u64),
+        at: CopyStep,
         axis_state: impl Fn(usize) -> (f64, f64),
         memory: &mut ControlMemory,
     ) -> Result<(), Error> {
         match &self.values {
-            Some(values) => values.write(copy, step, &mut memory.values),
+            Some(values) => values.write(at.copy, at.step, &mut memory.values),
             None => {
                 memory.values.clear();
                 memory.values.resize(self.axes.len(), 0.0);
             }
         }
         if let Some(feedback) = &self.feedback {
-            feedback.add((copy, step), axis_state, memory);
+            feedback.add(at, axis_state, memory);
         }
         let is_beyond = |value: &f64| value.is_nan() || value.abs() > LARGEST_GIVEN;
         let Some(index) = memory.values.iter().position(is_beyond) else { return Ok(()) };
-        let what = format!("the target of joint {:?} in step {step}", self.joints[index]);
+        let what = format!("the target of joint {:?} in step {}", self.joints[index], at.step);
         let expected = format!(
             "it must be a number between -{LARGEST_GIVEN:e} and {LARGEST_GIVEN:e}: check the gains of the \
              feedback"
@@ -239,7 +248,7 @@ impl FeedbackPlan {
     /// Subtracts K (x - x0).
     fn add(
         &self,
-        (copy, step): (usize, u64),
+        at: CopyStep,
         axis_state: impl Fn(usize) -> (f64, f64),
         ControlMemory { values, deviations, velocities }: &mut ControlMemory,
     ) {
@@ -252,10 +261,10 @@ impl FeedbackPlan {
         }
         deviations.append(velocities);
         if let Some(references) = &self.references {
-            let references = references.held(copy, step);
+            let references = references.held(at.copy, at.step);
             deviations.iter_mut().zip(references).for_each(|(at, reference)| *at -= reference);
         }
-        let rows = self.gains.held(copy, step).chunks_exact(deviations.len());
+        let rows = self.gains.held(at.copy, at.step).chunks_exact(deviations.len());
         for (value, row) in values.iter_mut().zip(rows) {
             *value -= row.iter().zip(&*deviations).map(|(gain, deviation)| gain * deviation).sum::<f64>();
         }

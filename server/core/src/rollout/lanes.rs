@@ -10,6 +10,7 @@ use pulp::{Simd, WithSimd};
 
 use super::Rollout;
 use super::batch::Worker;
+use super::controls::CopyStep;
 use super::open_batch::{BatchResult, Ended, OpenBatch, Running, Stop, part};
 use super::schedule::{Halt, Schedule};
 use crate::collision::RobotFeet;
@@ -276,7 +277,7 @@ impl<'a, S: Simd> Group<'a, S> {
         if was_in && !has_wrench && self.changes_numbers_alone {
             for control in &rollout.controls {
                 let memory = &mut self.workers[lane].memory;
-                control.drive_lane(&mut self.lanes, lane, (copy, step), memory)?;
+                control.drive_lane(&mut self.lanes, lane, CopyStep { copy, step }, memory)?;
             }
             return Ok(());
         }

@@ -16,7 +16,7 @@ use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::link_constraint::{ConstraintEnd, LinkConstraint};
 use crate::dynamics::island::ActiveConstraint;
 use crate::dynamics::{Articulation, Tree};
-use crate::pool::Pool;
+use crate::pool::Division;
 
 /// Linear speed below which a body may sleep, as a part of the speed that gravity adds in a second: forces
 /// that balance leave less.
@@ -338,20 +338,20 @@ impl<'b, 'a> Iterator for GroupRange<'b, 'a> {
 }
 
 impl<'b, 'a> GroupRange<'b, 'a> {
-    /// Solves groups with `solve`, on a pool in `pieces` pieces. Returns false if `solve` does for one of
+    /// Solves groups with `solve`, divided on a pool. Returns false if `solve` does for one of
     /// them; others may then be unsolved.
     pub(super) fn for_each(
         mut self,
-        (pool, pieces): (Option<&dyn Pool>, usize),
+        division: Division<'_>,
         solve: &(dyn Fn(GroupRange<'_, 'a>) -> bool + Sync),
     ) -> bool {
         let middle = self.middle();
-        if let (Some(pool), 2.., 1..) = (pool, pieces, middle) {
+        if let (Some(pool), 2.., 1..) = (division.pool, division.pieces, middle) {
             let mut after = Some(self.split_off(middle));
             let mut before = Some(self);
             let mut are_whole = [true; 2];
             let [a, b] = &mut are_whole;
-            let half = (Some(pool), pieces / 2);
+            let half = division.half();
             pool.join(&mut || *a = before.take().is_none_or(|of| of.for_each(half, solve)), &mut || {
                 *b = after.take().is_none_or(|of| of.for_each(half, solve))
             });

@@ -3,6 +3,7 @@
 use glamx::{DMat3, DVec3};
 
 use super::{Articulation, BodyState, StepScratch};
+use crate::dynamics::articulated::MidStep;
 use crate::dynamics::integrate::advance;
 use crate::dynamics::integrator::History;
 use crate::dynamics::kinematics::update_kinematics;
@@ -150,7 +151,7 @@ impl Articulation {
     pub(super) fn solve_balanced(&mut self, h: f64) {
         let StepScratch { passes, velocity_terms, .. } = &mut self.scratch;
         let state = &self.state;
-        let moved = (&*state.positions, &*state.velocities, &*state.half_velocities);
+        let moved = MidStep { q: &state.positions, qd: &state.velocities, half: &state.half_velocities };
         let are_solved = is_fast(passes, h);
         velocity_terms.begin_balance(&self.tree, moved, passes, are_solved);
         let mut before = f64::INFINITY;
@@ -184,7 +185,7 @@ impl Articulation {
         let StepScratch { new_velocities, passes, velocity_terms, response: estimate, .. } =
             &mut self.scratch;
         let BodyState { positions, half_velocities: given, .. } = &self.state;
-        velocity_terms.begin_half_kick(&self.tree, (positions, given), passes, new_velocities);
+        velocity_terms.begin_half_kick(&self.tree, positions, given, passes, new_velocities);
         let mut before = f64::INFINITY;
         for _ in 0..MAX_ESTIMATES {
             estimate.copy_from_slice(new_velocities);

@@ -11,7 +11,7 @@ use glamx::DVec3;
 use crate::collision::SurfaceCombination;
 use crate::dynamics::Integrator;
 use crate::dynamics::island::{Island, IslandOutcome, SolverChoice};
-use crate::pool::{Interrupt, PIECES, Pool, for_each};
+use crate::pool::{Division, Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::{Contacts, SearchOptions};
 use crate::simulation::entity::Entity;
@@ -242,9 +242,14 @@ fn advance(
     // A single robot with shapes meets nothing, and its shapes need no poses.
     let others = busy.idle_shaped() + busy.shaped().len() > 1;
     let for_poses = threads.filter(|_| !busy.shaped().is_empty());
-    for_each((for_poses, PIECES), (robots, 0), busy.begin_early(), &|robot: &mut Entity| {
-        part.begin(robot, others);
-    });
+    for_each(
+        Division { pool: for_poses, pieces: PIECES },
+        (robots, 0),
+        busy.begin_early(),
+        &|robot: &mut Entity| {
+            part.begin(robot, others);
+        },
+    );
     let options =
         SearchOptions { slack: part.slack(), combination: part.surface_combination, begins: part.begins };
     if !contacts.find(robots, busy, &constraints.excluded, options, threads, interrupt) {
@@ -257,10 +262,11 @@ fn advance(
     let threads = pool.filter(|_| groups.are_worth_threads());
     solvers.prepare(if threads.is_some() { PIECES } else { 1 });
     let memories = &*solvers;
-    let is_whole = groups.all(&mut gathered).for_each((threads, PIECES), &|groups| {
-        let (thread, tree) = (threads.map_or(0, Pool::thread), groups.tree());
-        memories.lend(thread, tree, |memory| part.solve_all(groups, memory, interrupt))
-    });
+    let is_whole =
+        groups.all(&mut gathered).for_each(Division { pool: threads, pieces: PIECES }, &|groups| {
+            let (thread, tree) = (threads.map_or(0, Pool::thread), groups.tree());
+            memories.lend(thread, tree, |memory| part.solve_all(groups, memory, interrupt))
+        });
     groups.put_back(gathered);
     solvers.all().for_each(GroupMemory::end_part);
     groups.note_at_once(solvers.all().map(|solver| std::mem::take(&mut solver.at_once)).sum());
