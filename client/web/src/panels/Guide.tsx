@@ -61,7 +61,7 @@ function Program({ to }: { to: Reached }): JSX.Element {
           </>
         ) : (
           <>
-            Programs in Python go by Zenoh{way && <> (<code>{way.locator}</code>)</>}, and ask this address where it is. <code>pip install simd-client</code>
+            Programs in Python go by Zenoh{way && <> (<code>{way.locator}</code>)</>}, and ask this address where it is. Install the client in simd’s repository: <code>pip install ./client/python</code>
           </>
         )}
       </p>
