@@ -234,28 +234,22 @@ def test_ends_that_are_not_there_are_refused(bullet: Any, script: ModuleType) ->
 
 
 def test_constraints_without_effect_in_pybullet_are_refused(bullet: Any, script: ModuleType) -> None:
-    """An unknown child, a link held to itself, and vectors of a wrong length make wrong constraints in
-    PyBullet, or none."""
+    """An unknown child, and a link held to itself, make wrong constraints in PyBullet, or none."""
     for p, refuses in ((bullet, False), (script, True)):
         box = _box(p, (0, 0, 1))
         zero = [0, 0, 0]
         for ends, kind, axis in (
             ((box, -1, 9, -1), p.JOINT_FIXED, zero),
             ((box, -1, box, -1), p.JOINT_FIXED, zero),
-            ((box, -1, -1, -1), p.JOINT_FIXED, [0, 0]),
         ):
             if refuses:
                 with pytest.raises(p.error):
                     p.createConstraint(*ends, kind, axis, zero, zero)
             else:
                 assert p.createConstraint(*ends, kind, axis, zero, zero) > 0
-        made = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, zero, zero, [0, 0, 1])
+        made = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, [0, 0], zero, [0, 0, 1])
         before = p.getConstraintInfo(made)
-        if refuses:
-            with pytest.raises(p.error, match="3 numbers"):
-                p.changeConstraint(made, [1, 2])
-        else:
-            p.changeConstraint(made, [1, 2])
+        p.changeConstraint(made, [1, 2])
         assert p.getConstraintInfo(made) == before
 
 

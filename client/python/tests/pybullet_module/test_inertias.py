@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 CORNER = "v 0 0 0\nv 0.4 0 0\nv 0 0.6 0\nv 0 0 0.8\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+# The same: lines go on in the next ones, and tabs separate words.
+FOLDED = CORNER.replace("v 0 0 0\n", "v\t0 \\\n 0 0\n").replace("v 0 0.6 0", "v 0 0.6 \\\n 0")
 CORNERS = ((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.6, 0.0), (0.0, 0.0, 0.8))
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 INERTIAL = (
@@ -24,6 +26,7 @@ SHAPES = {
     "capsule": "<capsule radius='0.1' length='0.5'/>",
     "obj": "<mesh filename='corner.obj' scale='1 2 -1'/>",
     "stl": "<mesh filename='corner.stl'/>",
+    "folded": "<mesh filename='folded.obj'/>",
 }
 
 
@@ -50,6 +53,7 @@ LINKS = {
 @pytest.fixture
 def robot(tmp_path: Path) -> str:
     (tmp_path / "corner.obj").write_text(CORNER)
+    (tmp_path / "folded.obj").write_text(FOLDED)
     triangles = b"".join(struct.pack("<12fH", 0, 0, 0, *(x for corner in face for x in CORNERS[corner]), 0) for face in FACES)
     (tmp_path / "corner.stl").write_bytes(bytes(80) + struct.pack("<I", len(FACES)) + triangles)
     links = "".join(f"<link name='{name}'>{parts}</link>" for name, parts in LINKS.items())

@@ -157,6 +157,17 @@ def test_limits_of_a_call_are_kept(script: ModuleType) -> None:
         assert all(map(math.isfinite, script.calculateInverseKinematics(arm, 6, goal, **odd)))
 
 
+def test_limits_may_be_infinite(bullet: Any, script: ModuleType) -> None:
+    """As scripts have them for continuous joints. Fewer iterations than the search needs, so that each step counts."""
+    answers: list[Any] = []
+    for p in (bullet, script):
+        arm = p.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+        bent(p, arm, 0.0)
+        no_limits = {"lowerLimits": [-math.inf] * 7, "upperLimits": [math.inf] * 7}
+        answers.append(p.calculateInverseKinematics(arm, 6, [0.3, 0.25, 0.7], maxNumIterations=5, **no_limits))
+    assert answers[1] == pytest.approx(answers[0], abs=1e-4)
+
+
 def test_requests_that_cannot_be_are_refused(script: ModuleType) -> None:
     arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
     for links, goals, more, said in (

@@ -119,3 +119,28 @@ def test_maximal_coordinates_are_said_where_they_would_matter(
     for _ in range(2):
         script.loadURDF(tree, useMaximalCoordinates=1)
     assert capsys.readouterr().err == "simd: loadURDF: useMaximalCoordinates has no effect on bodies with joints\n"
+
+
+def test_settings_for_other_programs_are_not_read_as_in_pybullet(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+    """Gazebo's self-collision and friction, and ROS 2 control's initial positions, drives and limits: two links that overlap stay."""
+    parts = [link("base", 2.0, "0 0 0.1"), link("arm", 1.0, "0 0 0.2"), link("hand", 1.0, "0 0 0.2")]
+    parts += [joint("shoulder", "revolute", "base", "arm", "0 0 0.3"), joint("wrist", "revolute", "arm", "hand", "0 0 -0.2")]
+    parts += [f"<gazebo reference='{name}'><selfCollide>true</selfCollide><mu1>0.9</mu1></gazebo>" for name in ("base", "arm", "hand")]
+    parts.append("<gazebo reference='shoulder'><springStiffness>90</springStiffness><springReference>1</springReference></gazebo>")
+    parts.append(
+        "<ros2_control name='c' type='system'><joint name='wrist'><command_interface name='position'/>"
+        "<state_interface name='position'><param name='initial_value'>0.7</param></state_interface></joint></ros2_control>"
+    )
+    file = tmp_path / "settings.urdf"
+    file.write_text(f"<robot name='r'>{''.join(parts)}</robot>")
+    found: list[Any] = []
+    for p in (bullet, script):
+        body = p.loadURDF(str(file), useFixedBase=1)
+        at_start = p.getJointState(body, 1)[0]
+        for _ in range(50):
+            p.setJointMotorControl2(body, 0, p.POSITION_CONTROL, targetPosition=0.2)
+            p.stepSimulation()
+        friction = p.getDynamicsInfo(body, 0)[1]
+        found.append((at_start, friction, *[p.getJointState(body, number)[0] for number in (0, 1)]))
+        assert len(p.getContactPoints()) == 0
+    assert found[1] == pytest.approx(found[0], abs=1e-3)

@@ -102,3 +102,14 @@ def test_impossible_cameras_are_refused(script: ModuleType) -> None:
     for arguments in ((0, 3), (4097, 3), (4, 3, [1.0] * 15)):
         with pytest.raises(script.error, match="getCameraImage"):
             script.getCameraImage(*arguments)
+
+
+def test_matrices_of_no_camera_are_an_empty_picture(script: ModuleType, capfd: pytest.CaptureFixture[str]) -> None:
+    """PyBullet draws something, or nothing, for any numbers."""
+    view = script.computeViewMatrix([1, 1, 1], [0, 0, 0], [0, 0, 1])
+    unit = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+    for projection in (unit, script.computeProjectionMatrixFOV(60, 1, 0, 10), script.computeProjectionMatrixFOV(60, 1, 10, 1)):
+        columns, rows, colours, depths, bodies = script.getCameraImage(4, 3, view, projection)
+        assert (columns, rows, colours.shape) == (4, 3, (3, 4, 4))
+        assert (depths == 1.0).all() and (bodies == -1).all()
+    assert "a picture is empty: projection is one from 1 m to -1 m" in capfd.readouterr().err

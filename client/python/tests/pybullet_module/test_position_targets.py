@@ -334,3 +334,46 @@ def test_mimic_is_an_option_and_says_what_it_changes(
     said = [line for line in capfd.readouterr().err.splitlines() if "--mimic" in line]
     assert len(said) == 1 and "joints that follow others, as right, have no motors" in said[0]
     pybullet.disconnect(follows)
+
+
+LIMITS = [(-0.5, 0.5, 1.0), (-0.5, 0.5, -3.0), (0.2, 0.8, 0.0), (-0.5, 0.5, 0.3), (0.5, -0.5, 1.0)]
+
+
+@pytest.mark.parametrize("way", ["one", "several", "one in a loop", "several in a loop"])
+@pytest.mark.parametrize(("lower", "upper", "target"), LIMITS)
+def test_a_target_beyond_the_limits_of_the_joint_is_moved_to_them(
+    bullet: Any, script: ModuleType, tmp_path: Path, way: str, lower: float, upper: float, target: float
+) -> None:
+    """So the motor slows down before the limit, and does not press. A lower limit above the upper one is none."""
+    file = tmp_path / f"limited {lower} {upper} {target} {way}.urdf"
+    limits = f'lower="{lower}" upper="{upper}"'
+    file.write_text(ROD.format(mass=3, inertia=0.3, type="revolute").replace('lower="-1000" upper="1000"', limits))
+    found: list[list[float]] = []
+    for p in (bullet, script):
+        body = p.loadURDF(str(file), useFixedBase=True)
+        p.resetJointState(body, 0, 0.3)
+        found.append([])
+        for step in range(100):
+            if step == 0 or "loop" in way:
+                if "several" in way:
+                    p.setJointMotorControlArray(body, [0], p.POSITION_CONTROL, targetPositions=[target], forces=[500])
+                else:
+                    p.setJointMotorControl2(body, 0, p.POSITION_CONTROL, targetPosition=target, force=500)
+            p.stepSimulation()
+            found[-1].append(p.getJointState(body, 0)[0])
+        # It does not press against the limit.
+        assert abs(p.getJointState(body, 0)[3]) < 1e-2
+    assert found[1] == pytest.approx(found[0], abs=2e-4)
+
+
+def test_a_target_follows_limits_that_the_script_changes(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+    file = tmp_path / "changed limits.urdf"
+    file.write_text(ROD.format(mass=3, inertia=0.3, type="revolute").replace("1000", "0.5"))
+    for p in (bullet, script):
+        body = p.loadURDF(str(file), useFixedBase=True)
+        for upper in (0.5, 0.7, 0.4):
+            p.changeDynamics(body, 0, jointLowerLimit=-0.5, jointUpperLimit=upper)
+            p.setJointMotorControl2(body, 0, p.POSITION_CONTROL, targetPosition=2.0, force=500)
+            for _ in range(200):
+                p.stepSimulation()
+            assert p.getJointState(body, 0)[0] == pytest.approx(upper, abs=1e-4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -42,6 +43,62 @@ def test_constraints_take_none_and_axes_of_zero(script: ModuleType, cube: int) -
     assert script.getBasePositionAndOrientation(cube)[0] == pytest.approx((2, 0, 1), abs=1e-3)
     for each in (fixed, slide, gear):
         script.removeConstraint(each)
+
+
+def placed(p: Any, **given: Any) -> Any:
+    """Returns pose and collision shape of a body with these arguments."""
+    body = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), **given)
+    return p.getBasePositionAndOrientation(body), p.getCollisionShapeData(body, -1)[0][3:]
+
+
+def shaped(p: Any, **given: Any) -> Any:
+    """Returns the shape of a body from these arguments of a box."""
+    return p.getCollisionShapeData(p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, **given)), -1)[0][3:]
+
+
+def thrown(p: Any, **velocities: Any) -> Any:
+    body = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1))
+    p.resetBaseVelocity(body, [1, 2, 3], [4, 5, 6])
+    p.resetBaseVelocity(body, **velocities)
+    return p.getBaseVelocity(body)
+
+
+def held(p: Any, **frames: Any) -> Any:
+    body = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1))
+    return p.getConstraintInfo(p.createConstraint(body, -1, -1, -1, p.JOINT_FIXED, **frames))[5:10]
+
+
+ZERO = [0, 0, 0]
+
+
+ODD: list[tuple[Callable[..., Any], dict[str, Any]]] = [
+    (placed, {"basePosition": [1, 2, 3], "baseOrientation": [0, 0, 1]}),
+    (placed, {"basePosition": [1, 2, 3], "baseOrientation": "upright"}),
+    (placed, {"basePosition": [1, 2]}),
+    (placed, {"basePosition": 3}),
+    (placed, {"baseInertialFramePosition": [0, 1], "baseInertialFrameOrientation": [0, 1, 0]}),
+    (shaped, {"halfExtents": 0.2}),
+    (shaped, {"halfExtents": [0.1, 0.2]}),
+    (shaped, {"halfExtents": [0.1] * 3, "collisionFramePosition": [1, 2], "collisionFrameOrientation": [1, 2, 3]}),
+    (thrown, {"linearVelocity": [1, 2, 3], "angularVelocity": [0, 0]}),
+    (thrown, {"linearVelocity": 5, "angularVelocity": [0, 0, 1]}),
+    (held, {"jointAxis": [0, 0], "parentFramePosition": ZERO, "childFramePosition": [0, 0, 1]}),
+    (held, {"jointAxis": ZERO, "parentFramePosition": [0, 1], "childFramePosition": [0, 1]}),
+    (held, {"jointAxis": ZERO, "parentFramePosition": ZERO, "childFramePosition": ZERO, "parentFrameOrientation": [0, 0, 1]}),
+]
+
+
+@pytest.mark.parametrize(("of", "given"), ODD)
+def test_vectors_of_another_length_are_not_read_as_in_pybullet(
+    bullet: Any, script: ModuleType, of: Callable[..., Any], given: dict[str, Any]
+) -> None:
+    expected, found = of(bullet, **given), of(script, **given)
+    assert flat(found) == pytest.approx(flat(expected), abs=1e-6)
+
+
+def flat(values: Any) -> list[float]:
+    """Returns the numbers in tuples of tuples."""
+    return [number for value in values if not isinstance(value, bytes) for number in (flat(value) if isinstance(value, tuple) else [value])]
 
 
 def test_missing_objects_are_reported_and_change_nothing(
@@ -144,11 +201,12 @@ def test_numbers_are_read_as_far_as_they_go(
     file = tmp_path / "units.urdf"
     file.write_text(
         f'<robot name="r"><link name="a">{inertial}</link><link name="b">{inertial}</link><joint name="j" type="revolute">'
-        '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-pi" upper="1.5rad" effort="3 N" velocity="1"/></joint></robot>'
+        '<parent link="a"/><child link="b"/><origin xyz="0.1 0.2m ${0.3 + 0.4}"/><axis xyz="0 0 1"/><limit lower="-pi" upper="1.5rad" effort="3 N" velocity="1"/></joint></robot>'
     )
     found: list[Any] = []
     for p in (bullet, script):
         body = p.loadURDF(str(file))
-        found.append((p.getDynamicsInfo(body, -1)[0], p.getJointInfo(body, 0)[8:12]))
-    assert found[0] == found[1] == (2.0, (0.0, 1.5, 3.0, 1.0))
-    assert 'limit lower="-pi" is read as 0' in capfd.readouterr().err
+        found.append((p.getDynamicsInfo(body, -1)[0], p.getJointInfo(body, 0)[8:12], p.getJointInfo(body, 0)[14]))
+    assert found[0] == found[1] == (2.0, (0.0, 1.5, 3.0, 1.0), (0.1, 0.2, 0.0))
+    said = capfd.readouterr().err
+    assert 'limit lower="-pi" is read as 0' in said and 'origin xyz="0.1 0.2m ${0.3 + 0.4}" is read as 0.1 0.2 0' in said

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar, cast
 
@@ -26,18 +27,27 @@ def floats(value: Any, message: str, count: int | None = None) -> list[float]:
     Raises:
         error: with `message`, if `value` is something else.
     """
+    found = numbers(value, message)
+    if count is not None and len(found) != count:
+        raise error(message)
+    # A sum is faster, and is not finite if one of its terms is not.
+    if not math.isfinite(sum(found)) and not all(map(math.isfinite, found)):
+        raise error(message)
+    return found
+
+
+def numbers(value: Any, message: str) -> list[float]:
+    """Returns any number of numbers, which may be infinite.
+
+    Raises:
+        error: with `message`, if `value` is something else.
+    """
     if type(value) is not list and not isinstance(value, Iterable):
         raise error(message)
     try:
-        numbers = list(map(float, value))  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        return list(map(float, value))  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     except (TypeError, ValueError):
         raise error(message) from None
-    if count is not None and len(numbers) != count:
-        raise error(message)
-    # A sum is faster, and is not finite if one of its terms is not.
-    if not math.isfinite(sum(numbers)) and not all(map(math.isfinite, numbers)):
-        raise error(message)
-    return numbers
 
 
 def vector(value: Any, message: str) -> Vector:
@@ -50,6 +60,33 @@ def quaternion(value: Any, message: str) -> Quaternion:
     """Returns four numbers: x y z w."""
     x, y, z, w = floats(value, message, 4)
     return (x, y, z, w)
+
+
+def vector_or(default: Vector, value: Any, name: str) -> Vector:
+    """Returns three numbers; the default for `None`. As in PyBullet also for anything else, with one line on stderr."""
+    if value is None:
+        return default
+    try:
+        return vector(value, "")
+    except error:
+        _say_unread(name, 3, default)
+        return default
+
+
+def quaternion_or(default: Quaternion, value: Any, name: str) -> Quaternion:
+    """Returns four numbers, like `vector_or`."""
+    if value is None:
+        return default
+    try:
+        return quaternion(value, "")
+    except error:
+        _say_unread(name, 4, default)
+        return default
+
+
+@functools.cache
+def _say_unread(name: str, count: int, default: tuple[float, ...]) -> None:
+    print(f"simd: {name} is not read, since it is not {count} numbers: {default} is used, as in PyBullet", file=sys.stderr)
 
 
 def rgba(value: Any, message: str) -> Color:

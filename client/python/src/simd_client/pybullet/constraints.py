@@ -9,7 +9,7 @@ from simd_client import proto
 from simd_client.proto import methods
 
 from . import constants
-from .arguments import ORIGIN, UPRIGHT, Pose, Vector, quaternion, vector
+from .arguments import ORIGIN, UPRIGHT, Pose, Vector, quaternion_or, vector_or
 from .bodies import Body
 from .connections import connected
 from .errors import error
@@ -64,17 +64,15 @@ def createConstraint(
     of mass. Returns the number of the constraint."""
     world = connected(physicsClientId)
     body = world.body(parentBodyUniqueId, "createConstraint failed.")
-    text = "createConstraint: positions need 3 numbers, orientations 4"
     made = Constraint(
         kind=jointType,
         body=parentBodyUniqueId,
         parent_link=parentLinkIndex,
         child=childBodyUniqueId,
         child_link=childLinkIndex,
-        # As in PyBullet, an invalid vector means no shift or turn.
-        axis=vector(ORIGIN if jointAxis is None else jointAxis, text),
-        parent_frame=_given(parentFramePosition, parentFrameOrientation, text),
-        child_frame=_given(childFramePosition, childFrameOrientation, text),
+        axis=vector_or(ORIGIN, jointAxis, "jointAxis"),
+        parent_frame=_given("parentFrame", parentFramePosition, parentFrameOrientation),
+        child_frame=_given("childFrame", childFramePosition, childFrameOrientation),
     )
     if jointType not in _KINDS:
         # PyBullet has no others either.
@@ -103,8 +101,8 @@ def createConstraint(
     return number
 
 
-def _given(position: Any, orientation: Any, text: str) -> Pose:
-    return vector(ORIGIN if position is None else position, text), quaternion(UPRIGHT if orientation is None else orientation, text)
+def _given(name: str, position: Any, orientation: Any) -> Pose:
+    return vector_or(ORIGIN, position, f"{name}Position"), quaternion_or(UPRIGHT, orientation, f"{name}Orientation")
 
 
 def _has_gear(body: Body, link: int, other: Body | None, child: int) -> bool:
@@ -134,14 +132,12 @@ def changeConstraint(
     # A refusal of the daemon changes nothing.
     made = replace(found)
     request = proto.ChangeConstraintRequest(name=made.name)
-    text = "changeConstraint: a pivot needs 3 numbers, an orientation 4"
     if jointChildPivot is not None or jointChildFrameOrientation is not None:
         position, orientation = made.child_frame
-        if jointChildPivot is not None:
-            position = vector(jointChildPivot, text)
-        if jointChildFrameOrientation is not None:
-            orientation = quaternion(jointChildFrameOrientation, text)
-        made.child_frame = (position, orientation)
+        made.child_frame = (
+            vector_or(position, jointChildPivot, "jointChildPivot"),
+            quaternion_or(orientation, jointChildFrameOrientation, "jointChildFrameOrientation"),
+        )
         if made.kind != constants.JOINT_GEAR:
             body = world.bodies.get(made.child)
             request.child_pose.CopyFrom(_pose(_frame(body, made.child_link, made.child_frame)))

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 
 from .arguments import ORIGIN, UPRIGHT, Pose
-from .origins import pose_of
+from .origins import number_of, pose_of
 
 # Characters allowed around a document.
 _BLANK = b" \t\r\n\0"
@@ -22,6 +22,8 @@ _SCALARS = {
     "cylinder": ("radius", "length"),
     "capsule": ("radius", "length"),
 }
+# Attributes with several numbers, and how many.
+_VECTORS = {"origin": ("xyz", "rpy"), "axis": ("xyz",), "box": ("size",)}
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
 _WORDS = re.compile(rb"\A(\s*<\?xml[^>]*\?>)[^<]+")
 # An attribute's value without a blank before the next attribute.
@@ -57,11 +59,6 @@ def read(urdf: bytes, scale: float) -> Description:
         for link in robot.iter("link")
         if link.find("contact/lateral_friction") is not None
     }
-    rough |= {
-        gazebo.get("reference", "")
-        for gazebo in robot.iterfind("gazebo")
-        if gazebo.find("mu1") is not None or gazebo.find("mu") is not None
-    }
     return Description(frames, any(_is_zero(mass) for mass in masses), frozenset(rough), tuple(frames))
 
 
@@ -80,10 +77,31 @@ def with_numbers(urdf: bytes) -> tuple[bytes, list[str]]:
             text = element.get(name)
             if text is None or _is_number(text):
                 continue
-            found = _NUMBER.match(text)
-            element.set(name, found[1] if found else "0")
+            element.set(name, _beginning(text))
             read_as.append(f'{element.tag} {name}="{text}" is read as {element.get(name)}')
+        for name in _VECTORS.get(element.tag, ()):
+            words = element.get(name, "").split()
+            if all(map(_is_number, words)):
+                continue
+            element.set(name, " ".join(map(_beginning, words[:3])))
+            read_as.append(f'{element.tag} {name}="{" ".join(words)}" is read as {element.get(name)}')
     return (urdf if robot is None or not read_as else ElementTree.tostring(robot)), read_as
+
+
+def without_swapped_limits(robot: ElementTree.Element) -> None:
+    """Removes limits of position whose lower one is above the upper one: in PyBullet they are none. The daemon would swap them."""
+    for limit in robot.iterfind("joint/limit"):
+        lower, upper = (number_of(limit, name) or 0.0 for name in ("lower", "upper"))
+        if lower > upper:
+            # PyBullet's own way to say so.
+            limit.set("lower", "0")
+            limit.set("upper", "-1")
+
+
+def _beginning(text: str) -> str:
+    """Returns the number that a text begins with, or 0."""
+    found = _NUMBER.match(text)
+    return found[1] if found else "0"
 
 
 def parse(urdf: bytes) -> ElementTree.Element | None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from simd_client.proto import ComputeInverseKinematicsRequest, methods
 
 from . import constants, damped_steps
-from .arguments import ORIGIN, UPRIGHT, Pose, Vector, floats, formerly, indices, quaternion, vector
+from .arguments import ORIGIN, UPRIGHT, Pose, Vector, floats, formerly, indices, numbers, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
@@ -60,7 +60,8 @@ def calculateInverseKinematics(
         raise error("Error: endEffectorLinkIndex out-of-range.")
     text = "calculateInverseKinematics: positions must be sequences of numbers"
     place = vector(targetPosition, text)
-    turn = quaternion(targetOrientation, text) if targetOrientation is not None and len(targetOrientation) else None
+    # As in PyBullet, another number of them is no orientation.
+    turn = quaternion(targetOrientation, text) if targetOrientation is not None and len(targetOrientation) == 4 else None
     most = _iterations(maxNumIterations) if maxNumIterations > 0 else damped_steps.ITERATIONS
     if solver == 0 and all(joint.width <= 1 for joint in body.joints):
         search = _search(world, body, endEffectorLinkIndex, currentPositions, jointDamping)
@@ -118,7 +119,7 @@ def _limits(lower: Any, upper: Any, count: int) -> tuple[Array, Array] | None:
     if lower is None or upper is None or not len(lower) == len(upper) == count:
         return None
     text = "calculateInverseKinematics: limits must be sequences of numbers"
-    low, high = np.array(floats(lower, text)), np.array(floats(upper, text))
+    low, high = np.array(numbers(lower, text)), np.array(numbers(upper, text))
     return np.where(low < high, low, -np.inf), np.where(low < high, high, np.inf)
 
 
@@ -127,7 +128,7 @@ def _null_space(body: Body, text: str, *given: Any) -> damped_steps.NullSpace | 
     count = len(damped_steps.turning(body))
     if not count or any(each is None or len(each) != count for each in given):
         return None
-    lower, upper, ranges, rest = (np.array(floats(each, text)) for each in given)
+    lower, upper, ranges, rest = (np.array(numbers(each, text)) for each in given)
     return damped_steps.NullSpace(lower, upper, np.where(ranges == 0.0, np.inf, ranges), rest)
 
 

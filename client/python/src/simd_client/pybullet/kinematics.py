@@ -15,7 +15,7 @@ from simd_client.proto import (
 from simd_client.proto import Pose as PoseMessage
 
 from . import constants
-from .arguments import Pose, Vector, indices, quaternion, vector
+from .arguments import ORIGIN, Pose, Vector, indices, quaternion, vector, vector_or
 from .bodies import Body
 from .connections import connected
 from .errors import error
@@ -144,9 +144,9 @@ def resetBaseVelocity(
         return
     linear, angular = _base_velocity(world, body)
     if linearVelocity is not None:
-        linear = _bounded(vector(linearVelocity, "linearVelocity needs 3 coordinates [x,y,z]."))
+        linear = _bounded(vector_or(ORIGIN, linearVelocity, "linearVelocity"))
     if angularVelocity is not None:
-        angular = _bounded(vector(angularVelocity, "angularVelocity needs 3 coordinates [x,y,z]."))
+        angular = _bounded(vector_or(ORIGIN, angularVelocity, "angularVelocity"))
     back = cross(angular, rotate(world.root(body)[0][1], body.frame(body.base_link)[0]))
     request = SetEntityStateRequest(robot=body.robot)
     line, turn = request.twist.linear, request.twist.angular

@@ -1,5 +1,6 @@
-"""Changes of a description before it is loaded, by flags of loadURDF: links without shapes, and links that fixed
-joints hold together as one. Links without visuals show their collision shapes."""
+"""Changes of a description before it is loaded: by flags of loadURDF links without shapes, and links that fixed
+joints hold together as one. Elements for other programs are left out. Links without visuals show their collision
+shapes."""
 
 from __future__ import annotations
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 # Flags that `applied` carries out.
 APPLIED = constants.URDF_IGNORE_VISUAL_SHAPES | constants.URDF_IGNORE_COLLISION_SHAPES | constants.URDF_MERGE_FIXED_LINKS
+# Elements of a robot that PyBullet reads, and those of sensors, which move nothing.
+_READ = {"link", "joint", "material", "sensor"}
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -35,8 +38,21 @@ def applied(urdf: bytes, flags: int, is_fixed: bool) -> bytes:
                 link.remove(shape)
     if flags & constants.URDF_MERGE_FIXED_LINKS:
         _Tree(robot).merge(is_fixed)
+    _leave_out_settings(robot)
+    descriptions.without_swapped_limits(robot)
     show_collisions(robot)
     return ElementTree.tostring(robot)
+
+
+def _leave_out_settings(robot: ElementTree.Element) -> None:
+    """Removes what Gazebo, ROS 2 control and others would read: self-collision, friction, drives and initial
+    positions, which PyBullet does not know."""
+    for element in list(robot):
+        for setting in list(element) if element.tag == "gazebo" else ():
+            if setting.tag != "sensor":
+                element.remove(setting)
+        if element.tag not in _READ and not (element.tag == "gazebo" and len(element)):
+            robot.remove(element)
 
 
 def show_collisions(robot: ElementTree.Element) -> None:

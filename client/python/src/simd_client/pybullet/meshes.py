@@ -18,6 +18,8 @@ from .errors import error, unsupported
 Vertices = NDArray[np.float64]
 
 _FORMATS = (".obj", ".stl", ".dae")
+# The end of a line of an OBJ file that goes on in the next one.
+_CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
 _MAX_BYTES = 256 * 1024 * 1024
 # Maximum number of triangles of a mesh that is divided into convex parts; larger ones take too long.
 MAX_DECOMPOSED_TRIANGLES = 20_000
@@ -109,7 +111,8 @@ def vertices(data: bytes, name: str) -> Vertices | None:
     """Returns the vertices of an OBJ or STL file; `None` for others and for unreadable ones."""
     try:
         if name.lower().endswith(".obj"):
-            rows = [line.split()[1:4] for line in data.splitlines() if line.lstrip().startswith(b"v ")]
+            lines = (line.split() for line in _CONTINUED.sub(b" ", data).splitlines())
+            rows = [line[1:4] for line in lines if line and line[0] == b"v"]
             return np.array([[float(each) for each in row] for row in rows], dtype=np.float64).reshape(-1, 3)
         if name.lower().endswith(".stl"):
             return _of_stl(data)

@@ -89,12 +89,16 @@ def getCameraImage(
 
 
 def _taken(world: World, request: TakePictureRequest) -> TakePictureResponse | None:
-    """Returns the picture, or `None` without a renderer that can be started."""
+    """Returns the picture, or `None` without a renderer that can be started, and for matrices of no camera,
+    which PyBullet accepts."""
     reason: str | None = ""
     for _ in range(_TRIES):
         try:
             return world.wire.call(methods.TakePicture, request)
         except error as refusal:
+            if refusal.reason == "INVALID_VALUE":
+                world.say_once(f"getCameraImage: a picture is empty: {refusal}")
+                return None
             if refusal.reason != "NO_RENDERER":
                 raise
         reason = world.renderer.start()

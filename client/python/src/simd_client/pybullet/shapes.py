@@ -9,7 +9,7 @@ from typing import Any
 from simd_client.proto import DescriptionSource
 
 from . import constants, descriptions, filters, load_flags, meshes, spawning, terrain
-from .arguments import ORIGIN, UPRIGHT, Color, Pose, indices, quaternion, rgba, vector
+from .arguments import ORIGIN, UPRIGHT, Color, Pose, indices, quaternion_or, rgba, vector_or
 from .connections import connected
 from .errors import error, unsupported
 from .loading import default_surfaces, found, settled
@@ -69,7 +69,7 @@ def createCollisionShape(
         if replaceHeightfieldIndex >= 0:
             return terrain.replace(world, function, int(replaceHeightfieldIndex), heights, rows, columns)
         mesh = meshes.of_heights(function, heights, rows, columns)
-        x, y, z = (1.0, 1.0, 1.0) if meshScale is None else vector(meshScale, "meshScale needs three numbers")
+        x, y, z = vector_or((1.0, 1.0, 1.0), meshScale, "meshScale")
         size = (x * (rows - 1), y * (columns - 1), z)
         return world.collision_shapes.add([_scaled(mesh, size, frame, None)])
     made = _primitive(function, shapeType, radius, halfExtents, height, planeNormal, frame, None)
@@ -229,7 +229,7 @@ def _mesh(world: World, function: str, file: str, vertices: Any, indices: Any, i
 
 
 def _scaled(mesh: Mesh, scale: Any, frame: Pose, color: Color | None) -> Primitive:
-    factors = (1.0, 1.0, 1.0) if scale is None else vector(scale, "meshScale needs three numbers")
+    factors = vector_or((1.0, 1.0, 1.0), scale, "meshScale")
     return Primitive(constants.GEOM_MESH, factors, frame, color, mesh)
 
 
@@ -246,10 +246,10 @@ def _primitive(
         )
     shade = _color(color)
     if kind == constants.GEOM_PLANE:
-        flat = plane(vector(normal, "planeNormal needs three numbers"))
+        flat = plane(vector_or((0.0, 0.0, 1.0), normal, "planeNormal"))
         return Primitive(flat.kind, flat.size, compose(frame, flat.pose), shade)
     if kind == constants.GEOM_BOX:
-        x, y, z = vector(half, "halfExtents needs three numbers")
+        x, y, z = vector_or((1.0, 1.0, 1.0), half, "halfExtents")
         size: tuple[float, ...] = (2.0 * x, 2.0 * y, 2.0 * z)
     elif kind == constants.GEOM_SPHERE:
         size = (float(radius),)
@@ -262,13 +262,7 @@ def _primitive(
 
 def pose(position: Any, orientation: Any) -> Pose:
     """Returns a script's frame; the origin if it is left out."""
-    at = ORIGIN if position is None else vector(position, "a frame's position needs three numbers")
-    turn = (
-        UPRIGHT
-        if orientation is None
-        else quaternion(orientation, "a frame's orientation needs four numbers")
-    )
-    return at, turn
+    return vector_or(ORIGIN, position, "a frame's position"), quaternion_or(UPRIGHT, orientation, "a frame's orientation")
 
 
 def createMultiBody(
@@ -327,7 +321,7 @@ def createMultiBody(
     used = {**drawn, **touched}
     files = {uri: mesh.sha256 for uri, mesh in used.items()}
     spawning.send(world.wire, text, files, {mesh.sha256: mesh.data for mesh in used.values()})
-    orientation = quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w].")
+    orientation = quaternion_or(UPRIGHT, baseOrientation, "baseOrientation")
     surfaces = default_surfaces([part.name for part in parts], base.name if baseMass == 0.0 else None)
     description = descriptions.read(text, 1.0)
     is_batch = batchPositions is not None and len(batchPositions) > 0
@@ -338,7 +332,7 @@ def createMultiBody(
     damped = load_flags.is_damped(world, "createMultiBody", useMaximalCoordinates, len(parts))
     spawns = [
         Spawn(
-            position=vector(position, "basePosition needs 3 coordinates [x,y,z]."),
+            position=vector_or(ORIGIN, position, "basePosition"),
             orientation=orientation,
             fixed=baseMass == 0.0,
             self_collision=self_collision,
@@ -376,7 +370,7 @@ def _linked(world: World, index: int, count: int, row: Sequence[Any]) -> Part:
         parent=f"link{int(parent)}",
         pose=pose(position, orientation),
         type=int(kind),
-        axis=vector(axis, "linkJointAxis needs three numbers for each link"),
+        axis=vector_or(ORIGIN, axis, "linkJointAxis"),
     )
 
 

@@ -7,6 +7,7 @@ receives only numbers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -42,6 +43,9 @@ class _Row:
     revision: int = -1
     velocity: float = 0.0
     limits: JointBounds | None = None
+    # Limits of the joint's position, rad or m: as in PyBullet, a position target beyond them is moved there.
+    lowest: float = -math.inf
+    highest: float = math.inf
     # Maximum velocity of the joint, rad/s or m/s.
     fastest: float = motors.FASTEST
     # Dry friction of the motor, N m or N.
@@ -177,10 +181,10 @@ class StepTargets:
         torque, mode = motor.torque, motor.mode
         if row.revision == motor.revision and row.limits is joint.limits and torque is None:
             if row.kind == "velocity":
-                row.number = _within(motor.velocity, row.fastest)
+                row.number = _within(motor.velocity, -row.fastest, row.fastest)
                 return
             if row.velocity == motor.velocity:
-                row.number = motor.position
+                row.number = _within(motor.position, row.lowest, row.highest)
                 return
         if torque is not None:
             self.has_torques = True
@@ -202,17 +206,19 @@ class StepTargets:
                 motor.max_velocity,
                 joint.limits[3],
             )
+        lower, upper = joint.limits[:2]
+        row.lowest, row.highest = -math.inf if lower is None else lower, math.inf if upper is None else upper
         row.fastest = motors.FASTEST if joint.limits[3] is None else joint.limits[3]
         if made_of is None or made_of != row.made_of:
             self._make(row, motors.law(motor, joint.inertia, *self._step, row.fastest), made_of)
         row.revision = motor.revision if torque is None else -1
         row.velocity, row.limits = motor.velocity, joint.limits
         if row.kind == "velocity":
-            row.number = _within(motor.velocity, row.fastest)
+            row.number = _within(motor.velocity, -row.fastest, row.fastest)
         elif row.kind == "effort":
             row.number = torque or 0.0
         else:
-            row.number = motor.position
+            row.number = _within(motor.position, row.lowest, row.highest)
 
     def _make(self, row: _Row, law: motors.Law, made_of: tuple[object, ...] | None) -> None:
         self._is_new = True
@@ -222,6 +228,6 @@ class StepTargets:
         row.part = getattr(row.target, law.kind)
 
 
-def _within(value: float, most: float) -> float:
-    """Returns the value, or the bound that is beyond it."""
-    return value if -most <= value <= most else most if value > most else -most
+def _within(value: float, least: float, most: float) -> float:
+    """Returns the value, or the bound that it exceeds."""
+    return value if least <= value <= most else most if value > most else least

@@ -8,7 +8,7 @@ from typing import Any
 
 from simd_client.proto import GetCamerasRequest, SetCameraRequest, ViewCamera, methods
 
-from .arguments import Vector, vector
+from .arguments import ORIGIN, Vector, vector_or
 from .cameras import ViewMatrix, computeViewMatrixFromYawPitchRoll
 from .connections import connected
 from .script_state import Camera
@@ -33,7 +33,7 @@ def resetDebugVisualizerCamera(
 ) -> None:
     """Moves the camera of the daemon's page, and sets PyBullet's field of view. Without a page it only sets
     the result of getDebugVisualizerCamera."""
-    target = vector(cameraTargetPosition, "cameraTargetPosition needs 3 numbers")
+    target = vector_or(ORIGIN, cameraTargetPosition, "cameraTargetPosition")
     kept = Camera(float(cameraDistance), float(cameraYaw), float(cameraPitch), target)
     world = connected(physicsClientId)
     position = _eye(kept)
