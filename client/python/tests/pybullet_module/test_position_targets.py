@@ -377,3 +377,21 @@ def test_a_target_follows_limits_that_the_script_changes(bullet: Any, script: Mo
             for _ in range(200):
                 p.stepSimulation()
             assert p.getJointState(body, 0)[0] == pytest.approx(upper, abs=1e-4)
+
+
+@pytest.mark.parametrize("target", [None, 0.5, 2.0])
+def test_joints_begin_at_zero_outside_of_their_limits_too(bullet: Any, script: ModuleType, tmp_path: Path, target: float | None) -> None:
+    """As the knees of quadrupeds do. They stay there until a motor brings them back."""
+    file = tmp_path / f"away {target}.urdf"
+    file.write_text(ROD.format(mass=3, inertia=0.3, type="revolute").replace('lower="-1000" upper="1000"', 'lower="0.2" upper="0.8"'))
+    found: list[list[float]] = []
+    for p in (bullet, script):
+        body = p.loadURDF(str(file), useFixedBase=True)
+        found.append([p.getJointState(body, 0)[0]])
+        if target is not None:
+            p.setJointMotorControl2(body, 0, p.POSITION_CONTROL, targetPosition=target, force=500)
+        for _ in range(60):
+            p.stepSimulation()
+            found[-1].append(p.getJointState(body, 0)[0])
+    assert found[0][0] == found[1][0] == 0.0
+    assert found[1] == pytest.approx(found[0], abs=2e-4)

@@ -66,8 +66,6 @@ class Model:
     groups: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
     # Joints without limits; Bullet reports 1 and 0 for them.
     endless: set[str] = field(default_factory=set[str])
-    # Joints that begin at 0 although their limits exclude it.
-    beyond: set[str] = field(default_factory=set[str])
     # Meshes by the name in the URDF.
     files: dict[str, Path] = field(default_factory=dict[str, Path])
 
@@ -231,8 +229,6 @@ class _Reader:
                 ElementTree.SubElement(made, "limit", lower="0", upper="0", effort="0", velocity="0")
         else:
             lower, upper = (math.radians(limit) if self._are_degrees and not slides else limit for limit in limits)
-            if not lower <= 0.0 <= upper:
-                model.beyond.add(name)
             made = _join(model, name, "prismatic" if slides else "revolute", parent, child, at)
             ElementTree.SubElement(made, "limit", lower=repr(lower), upper=repr(upper))
         ElementTree.SubElement(made, "axis", xyz=joint.get("axis", "1 0 0"))

@@ -12,7 +12,7 @@ from simd_client.expansion import is_xacro
 from simd_client.proto import EntityInfo
 from simd_client.surface import Surface
 
-from . import constants, data, descriptions, filters, finding, load_flags, shape_inertia, spawning
+from . import constants, data, descriptions, filters, finding, load_flags, outside_limits, shape_inertia, spawning
 from .arguments import UPRIGHT, Function, quaternion, vector
 from .connections import connected, search_paths
 from .descriptions import Description
@@ -170,7 +170,8 @@ def settled(
     link_order: Sequence[str] = (),
 ) -> int:
     """Adds a spawned robot with these surfaces, or with PyBullet's. Its joints have PyBullet's default
-    motors, and are numbered in the order of the named links, if given. Returns its number."""
+    motors, and are numbered in the order of the named links, if given. As in PyBullet they begin at 0, also
+    outside of their limits. Returns its number."""
     body = world.add(entity, description.frames, own=True, urdf=urdf, link_order=link_order)
     body.files, body.scale = files, scale
     if surfaces is None:
@@ -178,6 +179,7 @@ def settled(
         world.set_surfaces(body, default_surfaces(smooth, body.base_link if body.fixed else None))
     else:
         body.surfaces.update(surfaces)
+    outside_limits.begin_at_zero(world, body)
     world.drive(body, (index for index, joint in enumerate(body.joints) if joint.has_motor))
     world.sent_if_playing()
     return body.unique_id

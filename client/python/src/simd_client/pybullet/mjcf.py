@@ -12,7 +12,7 @@ from pathlib import Path
 from simd_client.proto import Base, DescriptionSource, EntityInfo, SetCollisionFilterRequest, methods
 from simd_client.surface import Surface
 
-from . import outside_limits, bullet_mjcf, constants, descriptions, filters, finding, spawning
+from . import bullet_mjcf, constants, descriptions, filters, finding, spawning
 from .connections import connected, search_paths
 from .errors import error
 from .finding import BulletLocator
@@ -70,7 +70,6 @@ def _spawned(world: World, model: bullet_mjcf.Model, flags: int) -> int:
         fixed=model.is_fixed,
         self_collision=self_collision,
         surfaces=surfaces,
-        joints=dict.fromkeys(model.beyond, 0.0),
     )
     try:
         entity = spawning.spawn(world.wire, DescriptionSource(urdf=urdf, assets=files), spawn)
@@ -83,7 +82,6 @@ def _spawned(world: World, model: bullet_mjcf.Model, flags: int) -> int:
     for joint in body.joints:
         if joint.name in model.endless:
             joint.info = (*joint.info[:8], 1.0, 0.0, *joint.info[10:])
-    outside_limits.put(world, body, ((body.by_joint[name], 0.0) for name in model.beyond))
     filters.set_parents(world, body, flags)
     return number
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from simd_client.proto import JointReset
+
 if TYPE_CHECKING:
     from .bodies import Body, JointBounds
     from .world import World
@@ -34,6 +36,16 @@ def put(world: World, body: Body, positions: Iterable[tuple[int, float]]) -> Non
         else:
             del world.beyond[key]
         world.bound(body, joint, (lower, upper, *joint.limits[2:]))
+
+
+def begin_at_zero(world: World, body: Body) -> None:
+    """Puts the joints of a new body to 0 that the daemon has put to the nearest limit."""
+    outside = [
+        (index, joint) for index, joint in enumerate(body.joints) if joint.has_motor and joint.width == 1 and not _is_within(joint.limits, 0.0)
+    ]
+    if outside:
+        put(world, body, ((index, 0.0) for index, _ in outside))
+        world.put_joints(body, {(joint.name, 0): JointReset(joint=joint.name, position=0.0, velocity=0.0) for _, joint in outside})
 
 
 def settle(world: World) -> None:
