@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 CORNER = "v 0 0 0\nv 0.4 0 0\nv 0 0.6 0\nv 0 0 0.8\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-# The same: lines go on in the next ones, and tabs separate words.
+# The same: lines continue in the next ones, and tabs separate words.
 FOLDED = CORNER.replace("v 0 0 0\n", "v\t0 \\\n 0 0\n").replace("v 0 0.6 0", "v 0 0.6 \\\n 0")
 CORNERS = ((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.6, 0.0), (0.0, 0.0, 0.8))
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))

@@ -60,7 +60,7 @@ def calculateInverseKinematics(
         raise error("Error: endEffectorLinkIndex out-of-range.")
     text = "calculateInverseKinematics: positions must be sequences of numbers"
     place = vector(targetPosition, text)
-    # As in PyBullet, another number of them is no orientation.
+    # As in PyBullet, another number of them is not an orientation.
     turn = quaternion(targetOrientation, text) if targetOrientation is not None and len(targetOrientation) == 4 else None
     most = _iterations(maxNumIterations) if maxNumIterations > 0 else damped_steps.ITERATIONS
     if solver == 0 and all(joint.width <= 1 for joint in body.joints):

@@ -18,7 +18,7 @@ from .errors import error, unsupported
 Vertices = NDArray[np.float64]
 
 _FORMATS = (".obj", ".stl", ".dae")
-# The end of a line of an OBJ file that goes on in the next one.
+# The end of a line of an OBJ file that continues in the next one.
 _CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
 _MAX_BYTES = 256 * 1024 * 1024
 # Maximum number of triangles of a mesh that is divided into convex parts; larger ones take too long.
