@@ -282,6 +282,8 @@ test("the end of an arm is brought to a place by its joints, in a paused world a
   await tab.page.getByTestId("place-part").selectOption(`link ${tip}`);
   const place = async () => (await daemon.linkPose(robot, tip)).slice(0, 3);
   const [x = 0, y = 0, z = 0] = await place();
+  // The card shows the robot until the choice of the link is drawn.
+  await expect.poll(async () => Number(await tab.page.getByTestId("place-z").inputValue())).toBeCloseTo(z, 4);
   await tab.page.getByTestId("place-z").fill(String(z - 0.05));
   await tab.page.keyboard.press("Enter");
   const off = async (from: number[]) => Math.hypot(...(await place()).map((value, axis) => value - (from[axis] ?? NaN)));
@@ -289,7 +291,9 @@ test("the end of an arm is brought to a place by its joints, in a paused world a
   await daemon.simulation.setSimulationState({ state: SimulationState.PLAYING });
   await tab.page.getByTestId("place-z").fill(String(z - 0.02));
   await tab.page.keyboard.press("Enter");
-  await expect.poll(async () => (await place())[2]).toBeCloseTo(z - 0.02, 2);
+  // A failure shows what the page says and what its field holds.
+  const now = async () => ({ z: (await place())[2], field: await tab.page.getByTestId("place-z").inputValue(), toasts: await tab.page.getByTestId("toast").allTextContents() });
+  await expect.poll(now).toMatchObject({ z: expect.closeTo(z - 0.02, 2) });
 });
 
 test("one question that says who else is here comes before a reset", async () => {
