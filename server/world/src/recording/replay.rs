@@ -264,7 +264,7 @@ impl<R: Read> Run<R> {
             world.apply(&Command::ImportSavedState { name: kept.name.clone(), saved })?;
         }
         for claim in &recorded.claims {
-            world.apply(&Command::Claim(Decoder::claim(claim)?))?;
+            world.restore_claim(&Decoder::claim(claim)?)?;
         }
         Ok(world)
     }

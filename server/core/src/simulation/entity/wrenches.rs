@@ -28,6 +28,15 @@ impl Entity {
         }
     }
 
+    /// Removes all wrenches and pulls, and their forces.
+    pub(in crate::simulation) fn clear_external_forces(&mut self) {
+        self.body.begin_external_change();
+        self.state.applied_wrenches.clear();
+        self.state.expired_wrenches.clear();
+        self.state.pulls.clear();
+        self.update_external_forces();
+    }
+
     /// Adds a wrench. One with a duration or until cleared replaces those before on that link. One for the
     /// next step is added to the others for it, so that there are never more than a few for each link.
     pub(in crate::simulation) fn add_wrench(&mut self, wrench: ActiveWrench) {

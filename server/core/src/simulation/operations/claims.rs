@@ -164,6 +164,27 @@ impl Simulation {
         for &claim in &in_the_way {
             self.end_claim(claim, ReleaseCause::TakenOver { by: request.holder.clone() });
         }
+        for Wanted { robot, whole, joints } in &wanted {
+            self.end_motions(*robot, (!whole).then_some(joints));
+        }
+        let claimed = self.begin_claim(request, wanted);
+        self.happened(EventKind::JointsClaimed { holder: request.holder.clone(), claimed });
+        Ok(Reply::Claimed { ended: in_the_way })
+    }
+
+    /// Begins one of the [`claims`](Self::claims) of a saved world again. Motions continue: the holder may have begun
+    /// them.
+    ///
+    /// # Errors
+    /// Returns an error if a robot or joint does not exist.
+    pub fn restore_claim(&mut self, request: &ClaimRequest) -> Result<(), Error> {
+        let wanted =
+            request.joints.iter().map(|selection| self.wanted(selection)).collect::<Result<_, _>>()?;
+        self.begin_claim(request, wanted);
+        Ok(())
+    }
+
+    fn begin_claim(&mut self, request: &ClaimRequest, wanted: Vec<Wanted>) -> Claimed {
         let record = Arc::new(Claim {
             id: request.claim,
             holder: request.holder.as_str().into(),
@@ -175,7 +196,6 @@ impl Simulation {
             self.world_claim = Some(Arc::clone(&record));
         }
         for Wanted { robot, whole, joints } in wanted {
-            self.end_motions(robot, (!whole).then_some(&joints));
             let entity = &mut self.entities[robot];
             let name = &entity.state.name;
             if whole {
@@ -188,17 +208,14 @@ impl Simulation {
             }
             self.settings_changed(robot);
         }
-        self.happened(EventKind::JointsClaimed { holder: request.holder.clone(), claimed });
-        Ok(Reply::Claimed { ended: in_the_way })
+        claimed
     }
 
     /// Ends motions that clients without the claim began: trajectories of its joints, also delayed ones, and wrenches and
     /// pulls on the robot. Targets stay; the holder may change them.
     fn end_motions(&mut self, robot: usize, joints: Option<&Vec<usize>>) {
         self.cancel_trajectories(robot, joints.map(Vec::as_slice), "a claim");
-        let state = &mut self.entities[robot].state;
-        state.applied_wrenches.clear();
-        state.pulls.clear();
+        self.entities[robot].clear_external_forces();
     }
 
     /// The claims that hold, each as a request that would make it in a world with the same robots: what a save leaves out.

@@ -19,6 +19,32 @@ fn a_wrench_acts_for_one_step_or_until_it_is_cleared() {
     assert!((run(&mut world, 0.01).velocities[0] - before).abs() < 1e-12);
 }
 
+#[test]
+fn the_force_of_a_wrench_or_a_pull_ends_with_it_when_another_client_claims_the_robot() {
+    let lasting = push(0.5, WrenchDuration::UntilCleared);
+    let pull = LinkPull {
+        robot: "arm".into(),
+        link: "arm".into(),
+        point: DVec3::X * 0.1,
+        target: Some(DVec3::Z),
+        stiffness: Some(20.0),
+        max_force: Some(100.0),
+        duration: Some(10.0),
+    };
+    for force in [lasting, push(0.5, WrenchDuration::For(9.0)), Command::PullLink(pull)] {
+        let mut world = weightless_arm();
+        world.apply(&force).unwrap();
+        assert!(run(&mut world, 0.01).velocities[0] != 0.0, "{force:?}");
+        let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
+        let claim = ClaimRequest { claim: ClaimId(7), joints, ..ClaimRequest::default() };
+        world.apply(&Command::Claim(claim)).unwrap();
+        // The integrator still takes the mean of the accelerations before and after the change.
+        let before = run(&mut world, 1e-3).velocities[0];
+        let after = run(&mut world, 0.01).velocities[0];
+        assert!((after - before).abs() < 1e-12, "{force:?}: {before} became {after}");
+    }
+}
+
 /// Returns a torque on the arm about its joint, N m.
 fn push(torque: f64, duration: WrenchDuration) -> Command {
     Command::ApplyWrench(LinkWrench {
