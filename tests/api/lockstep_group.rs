@@ -231,22 +231,17 @@ async fn no_member_delays_the_holder_of_the_world(via: Via) {
     let world = ClaimJointsRequest { world: true, holder: "me".into(), lease: 600.0, ..Default::default() };
     let secret = daemon.client.claim(world).await.unwrap();
     let holder = daemon.client.clone().with_claim(&secret);
-    // Within a process, and over Zenoh by one name, all are one client.
-    if [Via::Grpc, Via::Web].contains(&via) {
-        let refused = other.join_lockstep(LONG).await.unwrap_err();
-        assert_eq!(refused.reason(), Some(ErrorReason::WorldClaimed), "{refused}");
-        assert!(refused.to_string().contains("\"me\""), "{refused}");
-    }
+    let refused = other.join_lockstep(LONG).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::WorldClaimed), "{refused}");
+    assert!(refused.to_string().contains("\"me\""), "{refused}");
     let refused = other.step_with(steps(1, &member)).await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::WorldClaimed), "{refused}");
     holder.step(2).await.unwrap();
     assert_eq!(step(&holder).await, 2);
-    // Steps in lockstep wait for the holder's members only. Over gRPC-Web each connection joins as another client.
-    if via != Via::Web {
-        let own = holder.join_lockstep(LONG).await.unwrap();
-        assert_eq!(at(holder.step_with(steps(3, &own)).await), 5);
-        holder.leave_lockstep(&own).await.unwrap();
-    }
+    // Steps in lockstep wait for the holder's members only.
+    let own = holder.join_lockstep(LONG).await.unwrap();
+    assert_eq!(at(holder.step_with(steps(3, &own)).await), 5);
+    holder.leave_lockstep(&own).await.unwrap();
     holder.play().await.unwrap();
     holder.pause().await.unwrap();
     // Without its claim it is like any client.

@@ -111,7 +111,7 @@ impl Client {
     /// members.
     pub async fn join_lockstep(&self, timeout: Duration) -> Result<String, Error> {
         let request = JoinLockstepRequest { timeout: timeout.as_secs_f64(), ..Default::default() };
-        Ok(self.unary(self.simulation().join_lockstep(request)).await?.member)
+        Ok(self.unary(self.simulation().join_lockstep(self.claimed(request))).await?.member)
     }
 
     /// Ends a membership; the others continue.

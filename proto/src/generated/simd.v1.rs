@@ -11911,6 +11911,9 @@ pub struct JoinLockstepRequest {
     pub until_disconnect: bool,
     #[prost(string, tag = "3")]
     pub request_id: ::prost::alloc::string::String,
+    /// From ClaimJoints: while the world is claimed, only the holder of that claim joins.
+    #[prost(string, tag = "4")]
+    pub claim: ::prost::alloc::string::String,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct JoinLockstepResponse {

@@ -68,11 +68,6 @@ impl Leases {
         self.lock().get(&claim).is_some_and(|lease| lease.of_world)
     }
 
-    /// Whether a claim on the world counts for a client.
-    fn has_world(&self, account: &Account) -> bool {
-        self.lock().values().any(|lease| lease.of_world && lease.account == *account)
-    }
-
     /// The claim that this is the secret of.
     fn of_secret(&self, secret: &str) -> Option<ClaimId> {
         let claim = ClaimId(proof::id_of(secret)?.parse().ok()?);
@@ -147,10 +142,15 @@ impl SimHandle {
         }
     }
 
-    /// Refuses a client if another one has claimed the world.
-    pub(super) fn check_world_of_client(&self) -> Result<(), CallError> {
+    /// Returns whether the call acts for a claim on the world.
+    pub(super) fn holds_world(&self) -> bool {
+        self.call.claim.is_some_and(|claim| self.inner.leases.holds_world(claim))
+    }
+
+    /// Refuses a call that does not act for the claim on the world, if there is one.
+    pub(super) fn check_holds_world(&self) -> Result<(), CallError> {
         match &self.newest().state.claimed_by {
-            Some(holder) if !self.inner.leases.has_world(&self.call.account) => {
+            Some(holder) if !self.holds_world() => {
                 Err(simd_core::Error::WorldClaimed { holder: holder.to_string() }.into())
             }
             _ => Ok(()),
