@@ -13,9 +13,9 @@ import { LoadChoices } from "./LoadChoices";
 import { XacroArguments } from "./XacroArguments";
 
 const BASES = [
+  ["described", "as the description says"],
   ["fixed", "fixed to the world"],
   ["free", "free to move"],
-  ["described", "as the description says"],
 ] as const;
 
 const MESHES = [

@@ -46,8 +46,8 @@ interface Place {
   z: number;
 }
 
-/** Default options: most dropped robots are arms, which would fall in an empty world. */
-export const DEFAULT_OPTIONS: LoadOptions = { name: "", yaw: 0, base: "fixed", meshes: "mesh", scale: 1 };
+/** Default options, the same as those of the other clients. */
+export const DEFAULT_OPTIONS: LoadOptions = { name: "", yaw: 0, base: "described", meshes: "mesh", scale: 1 };
 
 /** Maximum number of a xacro's messages that are shown. */
 const MAX_MESSAGES = 3;
@@ -126,24 +126,22 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   }
   const what = prepared.name === "" ? nameOf(urdf) : prepared.name;
   const source = { source: { case: "description", value: prepared.description }, assets: found.hashes, missing: found.missing } as const;
-  const request = requestOf(source, options, prepared.models.length > 0);
+  const request = requestOf(source, options);
   const spawned = await spawn(entities, what, request);
   const isLifted = request.onGround === true;
-  const entity = keepReport(spawned, request.base !== Base.FIXED, isLifted);
+  const entity = keepReport(spawned, request.base !== Base.UNSPECIFIED, isLifted);
   // With several robots, each would load all of them again.
   if (spawned?.others.length === 0) loaded(entity, request, isLifted);
 }
 
-/** The request. An SDF or MJCF states which links are fixed, unless the user chooses otherwise. */
-function requestOf(source: Source, { name, yaw, base, meshes, scale, position = {} }: LoadOptions, saysBase: boolean): Spawn {
+function requestOf(source: Source, { name, yaw, base, meshes, scale, position = {} }: LoadOptions): Spawn {
   const { x = 0, y = 0, z = 0 } = position;
   const pose = {
     position: { x, y, z },
     ...(yaw !== 0 && { orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } }),
   };
-  const chosen = saysBase && base === DEFAULT_OPTIONS.base ? Base.UNSPECIFIED : BASES[base];
   const free = { besideOthers: position.y === undefined, onGround: Object.values(position).every((value) => value === undefined) };
-  return { source, name, allowRenaming: true, base: chosen, pose, ...free, meshShapes: SHAPES[meshes], ...(scale !== 1 && { scale }) };
+  return { source, name, allowRenaming: true, base: BASES[base], pose, ...free, meshShapes: SHAPES[meshes], ...(scale !== 1 && { scale }) };
 }
 
 /** The files of the URIs of a robot. */
@@ -206,7 +204,7 @@ async function spawn(entities: Entities, what: string, request: Spawn): Promise<
 }
 
 /** Keeps the load report of the robot, and has it lifted onto the ground if no position is given. Returns the robot. */
-function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean, isLifted: boolean): EntityInfo {
+function keepReport(spawned: SpawnEntityResponse | undefined, isBaseChosen: boolean, isLifted: boolean): EntityInfo {
   if (!spawned?.entity) throw new Error("The daemon ended the call without a result.");
   const { name } = spawned.entity;
   const report = reportOf(name, spawned.report);
@@ -215,7 +213,8 @@ function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean,
   const others = spawned.others.map((other) => other.name);
   selectedRobot.value = name;
   const said = report.summary === "" ? `${[name, ...others].join(", ")} is loaded` : report.summary;
-  toast("info", saysBase ? `${said}.` : `${said}. Its base is fixed to the world.`);
+  const isFree = !isBaseChosen && spawned.entity.base === Base.FREE && others.length === 0;
+  toast("info", isFree ? `${said}. Its base is free: choose a fixed base in the sheet to hold it in place.` : `${said}.`);
   return spawned.entity;
 }
 
