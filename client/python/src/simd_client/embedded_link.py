@@ -152,12 +152,17 @@ def _arguments(
     """Returns the equivalent flags of the program `simd`."""
     arguments: list[str] = []
     if isinstance(config, Mapping):
-        arguments += [f"--set={name}={_value(value)}" for name, value in config.items()]
+        arguments += flags(config)
     elif config is not None:
         arguments.append(f"--config={os.fspath(config)}")
     if endpoint.name is not None and is_name(endpoint.name):
         arguments.append(f"--name={endpoint.name}")
     return arguments
+
+
+def flags(config: Mapping[str, object]) -> list[str]:
+    """Returns flags of the program `simd` for a configuration of dotted names."""
+    return [f"--set={name}={_value(value)}" for name, value in config.items()]
 
 
 def _value(value: object) -> str:

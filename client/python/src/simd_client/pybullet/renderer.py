@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simd_client import extras
+from simd_client.child_process import ChildProcess
+from simd_client.errors import Unavailable
+from simd_client.programs import DAEMON, find
 from simd_client.proto import ListCamerasRequest, methods
 
-from . import programs
-from .child_process import ChildProcess
-from .daemon_process import VARIABLE as DAEMON
 from .errors import error
 
 if TYPE_CHECKING:
@@ -87,7 +87,10 @@ def program() -> Path:
     Raises:
         error: if there is none, with what to do.
     """
-    found = programs.find(PROGRAM, VARIABLE, beside=os.environ.get(DAEMON))
+    try:
+        found = find(PROGRAM, VARIABLE, beside=os.environ.get(DAEMON))
+    except Unavailable as problem:
+        raise error(str(problem)) from None
     if found is None:
         raise error(f"`{PROGRAM}`, which draws them, is not on the PATH: {extras.DAEMON}, or name the program with {VARIABLE}")
     return found

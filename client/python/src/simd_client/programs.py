@@ -7,7 +7,10 @@ import shutil
 from importlib import metadata
 from pathlib import Path
 
-from .errors import error
+from simd_client.errors import Unavailable
+
+DAEMON = "SIMD_BINARY"
+"""The environment variable that names the daemon's program."""
 
 _PACKAGE = "simd-daemon"
 
@@ -16,13 +19,12 @@ def find(name: str, variable: str, beside: str | None = None) -> Path | None:
     """Returns the program that the variable names, else the one in the folder of a file. Without these it is the one of the
     package `simd-daemon`, else the one on the PATH.
 
-    Raises:
-        error: if the variable names a file that is not there.
+    Raises `Unavailable` if the variable names a file that is not there.
     """
     named = os.environ.get(variable)
     if named:
         if not Path(named).is_file():
-            raise error(f"{variable} names {named}, which is not there")
+            raise Unavailable(f"{variable} names {named}, which is not there")
         return Path(named)
     if beside and Path(beside).with_name(name).is_file():
         return Path(beside).with_name(name)

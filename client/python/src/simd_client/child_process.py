@@ -1,4 +1,4 @@
-"""A program that is started for a script and ends with it."""
+"""A program that is started for another one and ends with it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import IO
 
 # Maximum wall seconds until it ends, and until its last lines are read.
@@ -19,10 +20,14 @@ _LINES = 5
 class ChildProcess:
     """A process that ends when its stdin closes, however this process ends."""
 
-    def __init__(self, command: Sequence[str], defaults: Mapping[str, str], prints: bool = True) -> None:
-        """Starts it. Variables of this process take precedence over `defaults`."""
+    def __init__(
+        self, command: Sequence[str], defaults: Mapping[str, str], prints: bool = True, log: Path | None = None
+    ) -> None:
+        """Starts it. Variables of this process take precedence over `defaults`. Its stderr is appended to the
+        file `log`, if there is one."""
         # Whether its stderr is printed.
         self.prints = prints
+        self._log = log
         self._process = subprocess.Popen(
             [*command],
             stdin=subprocess.PIPE,
@@ -76,8 +81,10 @@ class ChildProcess:
 
     def _print(self) -> None:
         assert self._process.stderr is not None
-        with self._process.stderr:
+        with self._process.stderr, open(self._log or os.devnull, "a", encoding="utf-8") as log:
             for line in self._process.stderr:
                 self._last.append(line)
+                log.write(line)
+                log.flush()
                 if self.prints:
                     sys.stderr.write(line)
