@@ -35,6 +35,7 @@ OVER_BOTH = {
     "test_robots",
     "test_rollouts",
     "test_sensors",
+    "test_testing",
     "test_time",
     "test_trajectories",
     "test_view",
