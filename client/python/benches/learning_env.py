@@ -29,7 +29,7 @@ from mujoco_models import mujoco
 import simd_client
 from simd_client import Simulation
 from simd_client.geometry import FloatArray
-from simd_client.gym import RolloutEnv
+from simd_client.gymnasium import RolloutEnv
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from daemon import Daemon

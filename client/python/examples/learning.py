@@ -20,7 +20,7 @@ import numpy.typing as npt
 import simd_client
 from simd_client import Robot, Simulation
 from simd_client.geometry import FloatArray
-from simd_client.gym import RolloutEnv
+from simd_client.gymnasium import RolloutEnv
 
 ROBOT = Path(__file__).parent / "robots" / "cart_pole.urdf"
 COPIES, BEST = 64, 12

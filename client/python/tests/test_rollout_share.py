@@ -235,7 +235,7 @@ def test_unshareable_rollouts_are_reported(one: Behind, two: Behind) -> None:
 
 def test_an_environment_of_several_daemons_is_that_of_one(one: Behind, two: Behind) -> None:
     pytest.importorskip("gymnasium")
-    from simd_client.gym import RolloutEnv
+    from simd_client.gymnasium import RolloutEnv
 
     def observed(*daemons: Simulation) -> Any:
         arm: Robot = one.sim.robots["arm"]

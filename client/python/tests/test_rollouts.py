@@ -200,7 +200,7 @@ def test_an_answer_that_does_not_fit_is_refused() -> None:
 
 def test_environments_are_reset_by_the_step_after_they_ended(sim: Simulation, arm: Robot) -> None:
     pytest.importorskip("gymnasium")
-    from simd_client.gym import RolloutEnv
+    from simd_client.gymnasium import RolloutEnv
 
     envs = RolloutEnv(
         sim, arm, copies=4, limit=2.0, steps=5, episode=3, costs=[Cost.joint_positions(arm)], spread=0.1
@@ -222,7 +222,7 @@ def test_environments_are_reset_by_the_step_after_they_ended(sim: Simulation, ar
 
 def test_each_environment_begins_by_its_own_seed_where_there_is_one_for_each(sim: Simulation, arm: Robot) -> None:
     pytest.importorskip("gymnasium")
-    from simd_client.gym import RolloutEnv
+    from simd_client.gymnasium import RolloutEnv
 
     envs = RolloutEnv(sim, arm, copies=3, limit=2.0, steps=2, episode=1, spread=0.1)
     first, _ = envs.reset(seed=[1, 2, 3])
@@ -243,7 +243,7 @@ def test_each_environment_begins_by_its_own_seed_where_there_is_one_for_each(sim
 
 def test_environments_differ_by_their_variations_which_a_reset_draws(sim: Simulation, arm: Robot) -> None:
     pytest.importorskip("gymnasium")
-    from simd_client.gym import RolloutEnv
+    from simd_client.gymnasium import RolloutEnv
 
     masses = Variation("link_masses", arm, uniform=(0.2, 5.0))
     envs = RolloutEnv(sim, arm, copies=3, limit=2.0, steps=50, variations=[masses])
@@ -263,7 +263,7 @@ def test_environments_differ_by_their_variations_which_a_reset_draws(sim: Simula
 
 def test_an_environment_of_a_robot_that_is_free_and_ends_where_it_is_asked_to(sim: Simulation) -> None:
     pytest.importorskip("gymnasium")
-    from simd_client.gym import RolloutEnv
+    from simd_client.gymnasium import RolloutEnv
 
     gripper = Path(__file__).parents[1] / "examples" / "robots" / "gripper.urdf"
     robot = sim.load(gripper, "free", fixed=False, position=(0, 0, 2))

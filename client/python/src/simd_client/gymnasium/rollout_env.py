@@ -1,7 +1,4 @@
-"""A vector environment for learners, on rollouts: needs gymnasium.
-
-    pip install 'gymnasium>=1.1,<2'
-"""
+"""A vector environment for learners, on rollouts."""
 
 from __future__ import annotations
 
@@ -10,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.spaces import Box
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
 
-from simd_client import extras
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
 from simd_client.geometry import FloatArray
@@ -20,12 +19,6 @@ from simd_client.rollout import Control, Cost, Mode, Observation, Start, Variati
 from simd_client.rollout_answer import Rollout
 from simd_client.world import SavedState
 
-try:
-    from gymnasium.spaces import Box
-    from gymnasium.vector import AutoresetMode, VectorEnv
-    from gymnasium.vector.utils import batch_space
-except ImportError as missing:
-    raise ImportError(f"environments need gymnasium: {extras.GYM}") from missing
 
 BoolArray = npt.NDArray[np.bool_]
 """Boolean array."""
