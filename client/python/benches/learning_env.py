@@ -1,10 +1,11 @@
-"""Environment-steps a second: `RolloutEnv` over Zenoh, compared with the same environment in MuJoCo.
+"""Environment-steps a second: `RolloutEnv` in this process or over Zenoh, compared with the same environment in MuJoCo.
 
-    python benches/learning_env.py [--robot cart_pole|a1] [--environments 64] [--turns 300]
+    python benches/learning_env.py [--robot cart_pole|a1] [--environments 64] [--turns 300] [--embedded]
 
 MuJoCo is used through gymnasium. cart_pole: an action is a force for four steps of 5 ms; environments with a
 fallen pole are reset. a1: an action is targets of twelve joints, around A1's standing posture, for ten steps
-of 2 ms; gymnasium's environment is `Ant-v5` with A1's model. Actions are drawn again for each turn, and kinds
+of 2 ms; gymnasium's environment is `Ant-v5` with A1's model. MuJoCo also has a process for each processor, with its part of
+the environments, which do not wait for each other. Actions are drawn again for each turn, and kinds
 alternate. Needs `gymnasium[mujoco]` and `pybullet_data`; SIMD_BINARY selects the daemon.
 """
 
@@ -12,12 +13,14 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import multiprocessing
 import os
 import statistics
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +46,7 @@ Draw = Callable[[np.random.Generator, int], FloatArray]
 ROUNDS = 5
 LARGER = 16  # Factor of simd's environments in its second row
 MODES = ("sync", "async")
+PROCESSES = len(os.sched_getaffinity(0))
 FORCE = 20.0
 ROBOT = Path(__file__).parents[1] / "examples" / "robots" / "cart_pole.urdf"
 # Same masses, inertias, limits and damping as in the URDF.
@@ -60,18 +64,23 @@ def main() -> None:
     parser.add_argument("--robot", choices=("cart_pole", "a1"), default="cart_pole")
     parser.add_argument("--environments", type=int, default=64)
     parser.add_argument("--turns", type=int, default=300)
+    parser.add_argument("--embedded", action="store_true", help="simd in this process: needs the wheel simd-embedded")
     asked = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, Daemon("--paused") as daemon:
-        file = Path(folder) / "model.xml"
-        with simd_client.connect(daemon.endpoint) as sim:
-            make = quadrupeds if asked.robot == "a1" else poles
-            kinds, draw = make(sim, asked.environments, file)
-            throughputs: dict[str, list[float]] = {name: [] for name in kinds}
-            for _ in range(ROUNDS):
-                for name, envs in kinds.items():
-                    throughputs[name].append(throughput(envs, draw, asked.turns // ROUNDS))
-            for envs in kinds.values():
-                envs.close()
+    with ExitStack() as opened:
+        file = Path(opened.enter_context(tempfile.TemporaryDirectory())) / "model.xml"
+        if asked.embedded:
+            sim = simd_client.connect("embedded", config={"paused": True})
+        else:
+            sim = simd_client.connect(opened.enter_context(Daemon("--paused")).endpoint)
+        opened.enter_context(sim)
+        make = quadrupeds if asked.robot == "a1" else poles
+        kinds, draw = make(sim, asked.environments, file)
+        throughputs: dict[str, list[float]] = {name: [] for name in kinds}
+        for _ in range(ROUNDS):
+            for name, envs in kinds.items():
+                throughputs[name].append(throughput(envs, draw, asked.turns // ROUNDS))
+        for envs in kinds.values():
+            envs.close()
     print(f"{asked.robot}, {len(os.sched_getaffinity(0))} processors")
     print(f"{'environment-steps a second':40}{'median':>10}{'highest':>10}")
     for name, of in throughputs.items():
@@ -91,10 +100,12 @@ def poles(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any], Draw
         )
         for copies in (count, LARGER * count)
     }  # fmt: skip
+    settings = {"id": "InvertedPendulum-v5", "xml_file": str(file), "frame_skip": 4}
     for mode in MODES:
         kinds[f"MuJoCo, {count} environments, {mode}"] = gymnasium.make_vec(
-            "InvertedPendulum-v5", count, vectorization_mode=mode, xml_file=str(file), frame_skip=4
+            num_envs=count, vectorization_mode=mode, **settings
         )
+    kinds[f"MuJoCo, {count} environments, {PROCESSES} processes"] = Processes(count, settings)
     return kinds, lambda random, copies: random.uniform(-FORCE, FORCE, (copies, 1))
 
 
@@ -115,16 +126,65 @@ def quadrupeds(sim: Simulation, count: int, file: Path) -> tuple[dict[str, Any],
         for copies in (count, LARGER * count)
     }  # fmt: skip
     begin = mujoco_models.posed(mujoco.MjModel.from_xml_path(str(file)), a1.STAND)
+    settings: dict[str, Any] = {
+        "id": "Ant-v5", "xml_file": str(file), "frame_skip": 10, "healthy_z_range": (0.15, 1.0), "reset_noise_scale": 0.01,
+        "ctrl_cost_weight": 0.0, "contact_cost_weight": 0.0, "healthy_reward": 0.0,
+        "include_cfrc_ext_in_observation": False, "exclude_current_positions_from_observation": False,
+    }  # fmt: skip
     for mode in MODES:
-        envs = gymnasium.make_vec(
-            "Ant-v5", count, vectorization_mode=mode, xml_file=str(file), frame_skip=10, healthy_z_range=(0.15, 1.0),
-            reset_noise_scale=0.01, ctrl_cost_weight=0.0, contact_cost_weight=0.0, healthy_reward=0.0,
-            include_cfrc_ext_in_observation=False, exclude_current_positions_from_observation=False,
-        )  # fmt: skip
+        envs = gymnasium.make_vec(num_envs=count, vectorization_mode=mode, **settings)
         envs.set_attr("init_qpos", begin)
         kinds[f"MuJoCo, {count} environments, {mode}"] = envs
+    kinds[f"MuJoCo, {count} environments, {PROCESSES} processes"] = Processes(count, settings, begin)
     pose = np.array([a1.STAND[name] for name in names])
     return kinds, lambda random, copies: pose + random.uniform(-0.1, 0.1, (copies, len(names)))
+
+
+class Processes:
+    """Environments of MuJoCo in some processes, each of which steps its part one after the other."""
+
+    def __init__(self, count: int, settings: dict[str, Any], begin: Any = None) -> None:
+        self.num_envs = count
+        self.workers: list[Any] = []
+        spawn = multiprocessing.get_context("spawn")
+        for part in np.array_split(np.arange(count), PROCESSES):
+            ours, theirs = spawn.Pipe()
+            process = spawn.Process(target=serve, args=(theirs, len(part), settings, begin), daemon=True)
+            process.start()
+            self.workers.append((process, ours, part))
+
+    def reset(self, seed: int) -> None:
+        """Resets all of them."""
+        self._each(lambda part: ("reset", seed))
+
+    def turns(self, actions: list[FloatArray]) -> None:
+        """Makes all turns: a process does not wait for the others between two of them."""
+        self._each(lambda part: ("turns", [each[part] for each in actions]))
+
+    def close(self) -> None:
+        """Ends the processes."""
+        self._each(lambda part: ("close", None))
+
+    def _each(self, request: Callable[[Any], Any]) -> None:
+        for _, pipe, part in self.workers:
+            pipe.send(request(part))
+        for _, pipe, _ in self.workers:
+            pipe.recv()
+
+
+def serve(pipe: Any, count: int, settings: dict[str, Any], begin: Any) -> None:
+    """Steps a part of the environments, in a process."""
+    envs = gymnasium.make_vec(num_envs=count, vectorization_mode="sync", **settings)
+    if begin is not None:
+        envs.set_attr("init_qpos", begin)
+    kind = ""
+    while kind != "close":
+        kind, what = pipe.recv()
+        if kind == "reset":
+            envs.reset(seed=what)
+        for actions in what if kind == "turns" else ():
+            envs.step(actions)
+        pipe.send(None)
 
 
 def throughput(envs: Any, draw: Draw, turns: int) -> float:
@@ -133,8 +193,11 @@ def throughput(envs: Any, draw: Draw, turns: int) -> float:
     envs.reset(seed=1)
     actions = [draw(random, envs.num_envs) for _ in range(turns)]
     begin = time.perf_counter()
-    for each in actions:
-        envs.step(each)
+    if isinstance(envs, Processes):
+        envs.turns(actions)
+    else:
+        for each in actions:
+            envs.step(each)
     return envs.num_envs * turns / (time.perf_counter() - begin)
 
 

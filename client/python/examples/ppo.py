@@ -1,4 +1,4 @@
-"""Learns to balance a pole by proximal policy optimization (Schulman et al., 2017), in numpy. The 32 environments are
+"""Learns to balance a pole by proximal policy optimization (Schulman et al., 2017), in numpy. The 128 environments are
 copies of a world in this process. Needs gymnasium, `pip install 'gymnasium>=1.1,<2'`, and the wheel `simd-embedded`.
 
     python ppo.py [--iterations 30] [--seed 1]
@@ -15,7 +15,7 @@ import numpy as np
 import simd_client.gymnasium as environments
 from simd_client.geometry import FloatArray
 
-ENVIRONMENTS, STEPS, EPOCHS, PARTS = 32, 128, 6, 8
+ENVIRONMENTS, STEPS, EPOCHS, PARTS = 128, 32, 6, 8
 HIDDEN, RATE, DISCOUNT, TRACE, CLIP = 32, 3e-3, 0.99, 0.95, 0.2
 SCALE = np.array([1.0, 5.0, 1.0, 1.0])  # of slide, pole, and their velocities
 
@@ -77,7 +77,7 @@ def learn(envs: environments.RobotVectorEnv, iterations: int, seed: int) -> Netw
         errors = rewards + DISCOUNT * after - before
         advantages, later = np.zeros(shape), np.zeros(ENVIRONMENTS)
         for step in reversed(range(STEPS)):
-            # An environment that has ended is reset by the next step, which is no transition.
+            # The step after the end of an episode resets the environment, and does not count.
             later = counts[step] * (errors[step] + DISCOUNT * TRACE * (1.0 - over[step]) * later)
             advantages[step] = later
         rows = np.flatnonzero(counts)

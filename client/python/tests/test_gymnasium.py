@@ -172,7 +172,7 @@ def test_readings_of_sensors_are_observed(tmp_path: Path, opened: list[Any]) -> 
     observation, _ = env.reset(seed=1)
     assert observation.shape == (12,) and not observation.any()
     observation, *_ = env.step(np.ones(1, dtype=np.float32))
-    # Acceleration, angular velocity, and a quaternion: at rest but for its turn about z.
+    # Acceleration, angular velocity, and a quaternion: at rest except for its turn about z.
     np.testing.assert_allclose(observation[2:5], (0.0, 0.0, 9.81), atol=1e-6)
     assert observation[7] == pytest.approx(observation[1], abs=0.02) and observation[7] > 0.0
     assert np.linalg.norm(observation[8:]) == pytest.approx(1.0)

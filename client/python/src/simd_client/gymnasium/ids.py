@@ -25,7 +25,7 @@ _GOAL = np.array([0.3, 0.3])
 _STAND = (0.0, 0.8, -1.6) * 4
 _LEGS = ("front_left", "front_right", "back_left", "back_right")
 _JOINTS = tuple(f"{leg}_{part}" for leg in _LEGS for part in ("hip", "thigh", "calf"))
-# Where the pose and the twist of its root begin in a state.
+# First indices of its root's pose and twist in a state.
 _POSE, _TWIST = 24, 31
 
 

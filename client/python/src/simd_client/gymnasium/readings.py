@@ -64,5 +64,5 @@ def _numbers(kind: Any, measured: Any) -> FloatArray:
     if isinstance(kind, EncoderSensor):
         return np.array([measured.position, measured.velocity])
     ranges = np.atleast_1d(np.asarray(measured if isinstance(kind, RangeSensor) else measured.ranges, dtype=np.float64))
-    # Where nothing is hit, or something is too near, a range is at its limit.
+    # A range is at its limit if nothing is hit, or if something is too near.
     return np.clip(np.nan_to_num(ranges.ravel(), nan=kind.max, posinf=kind.max, neginf=kind.min), kind.min, kind.max)

@@ -26,8 +26,8 @@ _FAR_AWAY = np.array([0.9, -1.1, 0.6])
 
 
 class RobotEnv(gymnasium.Env[FloatArray, Action]):
-    """An environment of one robot. Actions are between -1 and 1 for each driven joint; observations are positions and
-    velocities of joints, for a free robot the pose and twist of its root, and readings of sensors: see `Task`.
+    """An environment of one robot. Actions are between -1 and 1 for each driven joint. Observations are the state
+    of `Task`, or its features, and readings of sensors.
 
     Equal seeds and actions give equal bits on one build and machine.
     """
@@ -149,7 +149,7 @@ class RobotEnv(gymnasium.Env[FloatArray, Action]):
 
 
 def _request(world: World, sensors: tuple[str, ...]) -> tuple[proto.StepSimulationRequest, list[Any]]:
-    """Returns the request of an action, which is made again and again, with functions that set its numbers."""
+    """Returns the request of all actions, with functions that set its numbers."""
     name = world.robot.name
     request = proto.StepSimulationRequest(
         steps=world.task.frame_skip, return_states=True, return_link_states=world.is_free

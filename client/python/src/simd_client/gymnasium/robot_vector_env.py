@@ -22,7 +22,7 @@ class RobotVectorEnv(RolloutEnv):
     """The environments of `RobotEnv` as copies of one world, which step on threads and in vectors of the processor.
 
     Environment i of a reset with the seed s begins as a `RobotEnv` with the seed s + i. Without contacts it has the
-    same bits; with contacts almost, since their impulses begin each action anew. Sensors are not there.
+    same bits. Impulses of contacts restart with each action. Sensors are not there.
     """
 
     def __init__(

@@ -26,11 +26,11 @@ _UNBOUNDED = {"effort": 1.0, "velocity": 1.0, "position": np.pi}
 
 @dataclass(frozen=True)
 class Task:
-    """What an environment needs. Functions get arrays whose last axis is one observation or action, so that they
+    """The settings of an environment. Functions get arrays whose last axis is one observation or action, so that they
     serve one environment and many.
 
-    The state has the positions of joints with one axis, their velocities, and for a free robot the pose (x y z and a
-    quaternion x y z w) and the twist (m/s and rad/s, world axes) of its root.
+    The state has the positions of joints with one axis, then their velocities. For a free robot it also has the pose
+    of its root (x y z and a quaternion x y z w), and its twist (m/s and rad/s, world axes).
     """
 
     description: str | os.PathLike[str]
@@ -40,15 +40,15 @@ class Task:
     ground: bool = False
     """Whether there is a plane below it."""
     position: Sequence[float] = (0.0, 0.0, 0.0)
-    """Where the root begins, metres."""
+    """Position of the root at the start, metres."""
     joint_positions: Mapping[str, float] = field(default_factory=dict[str, float])
-    """Where joints begin, by name, rad or m."""
+    """Positions of joints at the start, by name, rad or m."""
     load: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Further arguments of `Simulation.load`."""
     joints: Sequence[str] = ()
     """Joints that actions drive; by default all that take targets."""
     mode: Mode = "effort"
-    """What actions are: efforts, velocities or positions."""
+    """Kind of actions: efforts, velocities or positions."""
     low: npt.ArrayLike | None = None
     """Target of an action of -1, for all joints or for each; by default the joint's limit."""
     high: npt.ArrayLike | None = None
