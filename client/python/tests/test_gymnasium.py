@@ -13,6 +13,7 @@ import pytest
 from daemon import ASSETS, BINARY
 
 from simd_client import NoRenderer, SensorNotFound, embedded_link
+from simd_client.geometry import FloatArray
 
 gymnasium: Any = pytest.importorskip("gymnasium")
 checker: Any = pytest.importorskip("gymnasium.utils.env_checker")
@@ -42,12 +43,20 @@ def check(test: Any, env: Any) -> None:
         test(env)
 
 
+def checked(env: Any) -> None:
+    checker.check_env(env, skip_render_check=True)
+
+
+def near_zero(states: FloatArray, actions: FloatArray) -> FloatArray:
+    return -np.abs(states[..., :7]).sum(axis=-1)
+
+
 @pytest.mark.parametrize("name", IDS)
 def test_an_id_makes_an_environment_that_gymnasium_accepts(name: str, opened: list[Any]) -> None:
     env = gymnasium.make(name)
     opened.append(env)
     assert env.spec.max_episode_steps == environments.TASKS[name].max_episode_steps
-    check(lambda env: checker.check_env(env, skip_render_check=True), env.unwrapped)
+    check(checked, env.unwrapped)
 
 
 @pytest.mark.parametrize("name", IDS)
@@ -81,7 +90,8 @@ def test_each_of_many_environments_has_the_bits_of_one(name: str, opened: list[A
     envs = gymnasium.make_vec(name, num_envs=3)
     opened.append(envs)
     assert isinstance(envs, RobotVectorEnv) and envs.single_action_space == gymnasium.make(name).action_space
-    actions = np.random.default_rng(1).uniform(-1.5, 1.5, (8, 3, *envs.single_action_space.shape)).astype(np.float32)
+    size = 1 if name == "simd/CartPole-v0" else 2
+    actions = np.random.default_rng(1).uniform(-1.5, 1.5, (8, 3, size)).astype(np.float32)
     seen, gained = [envs.reset(seed=5)[0]], []
     for each in actions:
         observations, rewards, _, _, _ = envs.step(each)
@@ -115,8 +125,7 @@ def test_episodes_end_and_begin_again(opened: list[Any]) -> None:
     envs = gymnasium.wrappers.vector.RecordEpisodeStatistics(envs)
     opened.append(envs)
     first, _ = envs.reset(seed=0)
-    for _ in range(6):
-        _, _, terminated, truncated, info = envs.step(np.zeros((4, 1), dtype=np.float32))
+    _, _, terminated, truncated, info = [envs.step(np.zeros((4, 1), dtype=np.float32)) for _ in range(6)][-1]
     assert truncated.all() and not terminated.any() and info["episode"]["l"].tolist() == [6] * 4
     begun, rewards, _, truncated, _ = envs.step(np.zeros((4, 1), dtype=np.float32))
     assert not truncated.any() and not rewards.any() and (np.abs(begun) < 0.2).all() and (begun != first).any()
@@ -131,20 +140,18 @@ def test_episodes_end_and_begin_again(opened: list[Any]) -> None:
 
 
 def test_any_robot_has_spaces_of_its_joints(opened: list[Any]) -> None:
-    env = RobotEnv(ARM, fixed=True, mode="position", max_episode_steps=3, reward=lambda states, actions: -np.abs(states[..., :7]).sum(axis=-1))
+    env = RobotEnv(ARM, fixed=True, mode="position", max_episode_steps=3, reward=near_zero)
     opened.append(env)
-    check(lambda env: checker.check_env(env, skip_render_check=True), env)
+    check(checked, env)
     assert env.observation_space.shape == (14,) and env.action_space.shape == (7,)
     observation, _ = env.reset(seed=1)
     assert not observation.any()
     # Half of the way between the limits of each joint.
     limits = [joint.limits for joint in env.sim.robots["robot"].layout.moving]
     middle = [0.5 * (each.lower + each.upper) for each in limits]
-    ends = []
-    for _ in range(3):
-        observation, reward, terminated, truncated, _ = env.step(np.zeros(7, dtype=np.float32))
-        ends.append((terminated, truncated))
-    assert ends == [(False, False), (False, False), (False, True)] and reward == -np.abs(observation[:7]).sum()
+    done = [env.step(np.zeros(7, dtype=np.float32)) for _ in range(3)]
+    observation, reward, *_ = done[-1]
+    assert [each[2:4] for each in done] == [(False, False), (False, False), (False, True)] and reward == -np.abs(observation[:7]).sum()
     assert env.sim.robots["robot"].target == pytest.approx(middle)
 
 

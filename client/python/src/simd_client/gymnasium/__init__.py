@@ -27,7 +27,7 @@ from .task import Task
 __all__ = ["TASKS", "RobotEnv", "RobotVectorEnv", "RolloutEnv", "Task"]
 
 for _id, _task in TASKS.items():
-    gymnasium.register(
+    gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
         id=_id,
         entry_point="simd_client.gymnasium:RobotEnv",
         vector_entry_point="simd_client.gymnasium:RobotVectorEnv",

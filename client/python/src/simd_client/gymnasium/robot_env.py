@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -162,5 +163,5 @@ def _request(world: World, sensors: tuple[str, ...]) -> tuple[proto.StepSimulati
     for joint in world.driven:
         target: Any = getattr(targets.joints.add(joint=joint.name), world.task.mode)
         target.SetInParent()
-        numbers.append(lambda value, target=target: setattr(target, world.task.mode, value))
+        numbers.append(partial(setattr, target, world.task.mode))
     return request, numbers

@@ -73,8 +73,8 @@ class RobotVectorEnv(RolloutEnv):
     ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Applies an action in each environment. Environments that ended with the last one are reset instead."""
         self._actions = np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0)
-        states, *rest = super().step(self._world.targets(self._actions))
-        return self._seen(states), *rest
+        states, rewards, terminated, truncated, info = super().step(self._world.targets(self._actions))
+        return self._seen(states), rewards, terminated, truncated, info
 
     def close_extras(self, **kwargs: Any) -> None:
         """Ends the world."""
@@ -87,7 +87,7 @@ class RobotVectorEnv(RolloutEnv):
         return states if self.task.features is None else np.asarray(self.task.features(states), dtype=np.float64)
 
     def _put_back(self, which: BoolArray) -> None:
-        for index in np.flatnonzero(which):
+        for index in np.flatnonzero(which).tolist():
             positions, velocities = self._world.deviations(self._sources[index], self._first)
             self._begin[0][index], self._begin[1][index] = positions, velocities
         super()._put_back(which)
