@@ -87,7 +87,8 @@ class RobotVectorEnv(RolloutEnv):
         return states if self.task.features is None else np.asarray(self.task.features(states), dtype=np.float64)
 
     def _put_back(self, which: BoolArray) -> None:
-        for index in np.flatnonzero(which).tolist():
-            positions, velocities = self._world.deviations(self._sources[index], self._first)
-            self._begin[0][index], self._begin[1][index] = positions, velocities
+        for index, source in enumerate(self._sources):
+            if which[index]:
+                positions, velocities = self._world.deviations(source, self._first)
+                self._begin[0][index], self._begin[1][index] = positions, velocities
         super()._put_back(which)

@@ -30,7 +30,7 @@ class Task:
     serve one environment and many.
 
     The state has the positions of joints with one axis, then their velocities. For a free robot it also has the pose
-    of its root (x y z and a quaternion x y z w), and its twist (m/s and rad/s, world axes).
+    and the twist of its root. A pose is x y z and a quaternion x y z w. A twist is m/s and rad/s in world axes.
     """
 
     description: str | os.PathLike[str]
