@@ -270,6 +270,24 @@ test("a number of the card moves a robot when it is entered or left, not with ea
   await tab.page.getByTestId("place-card").waitFor({ state: "detached" });
 });
 
+test("a number that is selected stays selected while the robot moves, so that a typed one replaces it", async () => {
+  const daemon = await use.daemon(Daemon.start(["--gravity", "0,0,0"]));
+  await redBox(daemon, "crate");
+  const tab = await Tab.open(await use.context(), daemon.url);
+  await open(tab, "build-place");
+  const field = tab.page.getByTestId("place-x");
+  await field.waitFor();
+  await daemon.entities.setEntityState({ robot: "crate", twist: { linear: { x: 0.1 } } });
+  await field.click();
+  await tab.page.keyboard.press("Control+a");
+  const before = await field.inputValue();
+  await expect.poll(() => field.inputValue()).not.toBe(before);
+  await tab.page.keyboard.type("-2");
+  await tab.page.keyboard.press("Enter");
+  const x = async () => (await daemon.entities.getEntityState({ robot: "crate" })).pose?.position?.x;
+  await expect.poll(x).toBe(-2);
+});
+
 test("the end of an arm is brought to a place by its joints, in a paused world and by targets in one that plays", async () => {
   const daemon = await paused();
   const tab = await Tab.open(await use.context(), daemon.url);

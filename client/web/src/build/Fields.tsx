@@ -1,6 +1,7 @@
 // Fields of the forms of tools: numbers with units, and choices.
 import type { JSX } from "preact";
-import { useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
+import { useKeptSelection } from "../panels/kept-selection";
 import { parse, shortened } from "../panels/quantity";
 
 interface NumberProperties {
@@ -27,6 +28,8 @@ export function NumberField({ label, testId, value, placeholder = "", kind = "le
   const unit = UNITS[kind];
   const [typed, setTyped] = useState<string | null>(null);
   const [problem, setProblem] = useState("");
+  const input = useRef<HTMLInputElement>(null);
+  useKeptSelection(input);
   const read = (text: string): number | string => {
     if (kind !== "number") return parse(text, kind, "position", unit);
     const number = Number(text.replace(",", "."));
@@ -77,6 +80,7 @@ export function NumberField({ label, testId, value, placeholder = "", kind = "le
         {label} <span class="hint">{unit.name}</span>
       </span>
       <input
+        ref={input}
         type="text"
         class="number"
         inputMode="decimal"
