@@ -173,10 +173,28 @@ export function seenAtMiddle(selector: string): { seen: number; all: number } {
   return { seen: hit.length, all: all.length };
 }
 
+/** Runs in the page. Returns the text that the user sees in the middle of the picture. */
+export function inTheMiddle(): string {
+  const box = document.querySelector("[data-testid=viewport]")?.getBoundingClientRect();
+  return (box && document.elementFromPoint(box.left + box.width / 2, box.top + 0.44 * box.height)?.textContent) ?? "";
+}
+
 /** Waits until users see an element: nothing covers its middle, which is in the window. Returns its text. */
 export async function inSight(page: Page, testId: string): Promise<string> {
   await expect.poll(() => page.evaluate(seenAtMiddle, `[data-testid="${testId}"]`), { message: testId }).toEqual({ seen: 1, all: 1 });
   return (await page.getByTestId(testId).textContent()) ?? "";
+}
+
+/** Runs in the page. Returns the number of coloured pixels of a plot: its lines are coloured, its grid and letters are grey. */
+export function colouredPixels(): number {
+  const canvas = document.querySelector<HTMLCanvasElement>("[data-testid=plot] canvas");
+  const data = canvas?.getContext("2d")?.getImageData(0, 0, canvas.width, canvas.height).data ?? [];
+  let count = 0;
+  for (let at = 0; at < data.length; at += 4) {
+    const parts = [data[at] ?? 0, data[at + 1] ?? 0, data[at + 2] ?? 0];
+    if ((data[at + 3] ?? 0) > 100 && Math.max(...parts) - Math.min(...parts) > 60) count += 1;
+  }
+  return count;
 }
 
 /** Runs in the page. Returns the spread of the middles of the top bar's parts, as a share of its height, and the pixels beyond its width. */

@@ -11,7 +11,7 @@ import { resolve } from "node:path";
 import { afterAll, beforeAll, expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
-import { rowOfBar, seenAtMiddle } from "./browser";
+import { colouredPixels, rowOfBar, seenAtMiddle } from "./browser";
 import { Daemon } from "./daemon";
 import { Firefox } from "./firefox";
 import { fixtures } from "./fixtures";
@@ -73,17 +73,7 @@ test("Firefox shows a robot, moves it by its slider and plots it", async () => {
   await firefox.press("p");
   await firefox.until(() => document.querySelector("[data-testid=plot] canvas") !== null);
   await firefox.evaluate(() => document.querySelector<HTMLElement>('[data-testid$="/shoulder"] [data-testid=plot-joint][aria-pressed=false]')?.click());
-  // The line is coloured; the grid and the letters are grey.
-  await firefox.until(() => {
-    const canvas = document.querySelector<HTMLCanvasElement>("[data-testid=plot] canvas");
-    const data = canvas?.getContext("2d")?.getImageData(0, 0, canvas.width, canvas.height).data ?? [];
-    let coloured = 0;
-    for (let at = 0; at < data.length; at += 4) {
-      const parts = [data[at] ?? 0, data[at + 1] ?? 0, data[at + 2] ?? 0];
-      if ((data[at + 3] ?? 0) > 100 && Math.max(...parts) - Math.min(...parts) > 60) coloured += 1;
-    }
-    return coloured > 50;
-  });
+  await expect.poll(() => firefox.evaluate(colouredPixels)).toBeGreaterThan(50);
   await expect.poll(() => isWhereItIs(daemon, robot, "firefox")).toBe(true);
 });
 

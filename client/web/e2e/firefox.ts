@@ -47,15 +47,15 @@ export class Firefox {
     private readonly marionette: Marionette,
   ) {}
 
-  /** Starts it with a window of this size on a separate screen: without a screen Firefox has no WebGL. */
-  static async start(width: number, height: number): Promise<Firefox> {
+  /** Starts it with a window of this size on a separate screen: without a screen Firefox has no WebGL. `preferences` are added to the profile. */
+  static async start(width: number, height: number, preferences: Record<string, boolean> = {}): Promise<Firefox> {
     const executable = EXECUTABLES.find((path) => path !== undefined && existsSync(path));
     if (executable === undefined) throw new Error("there is no Firefox: `apt-get install firefox-esr`, or name one in FIREFOX");
     if (!(process.env.PATH ?? "").split(delimiter).some((folder) => existsSync(resolve(folder, "Xvfb")))) throw new Error("there is no Xvfb: `apt-get install xvfb`");
     const profile = await mkdtemp(`${tmpdir()}/simd-firefox-`);
     const children: ChildProcess[] = [];
     try {
-      const lines = Object.entries(PREFERENCES).map(([name, value]) => `user_pref(${JSON.stringify(name)}, ${JSON.stringify(value)});`);
+      const lines = Object.entries({ ...PREFERENCES, ...preferences }).map(([name, value]) => `user_pref(${JSON.stringify(name)}, ${JSON.stringify(value)});`);
       await writeFile(resolve(profile, "user.js"), lines.join("\n"));
       const screen = spawn("Xvfb", ["-displayfd", "3", "-screen", "0", `${width}x${height + 200}x24`, "+extension", "GLX", "-nolisten", "tcp"], { stdio: ["ignore", "ignore", "ignore", "pipe"] });
       children.push(screen);
@@ -145,6 +145,12 @@ export class Firefox {
   async press(key: string): Promise<void> {
     const actions = [{ type: "key", id: "keys", actions: ["keyDown", "keyUp"].map((type) => ({ type, value: key })) }];
     await this.marionette.command("WebDriver:PerformActions", { actions });
+  }
+
+  /** Chooses a file of this machine in the file field with this `data-testid`. */
+  async choose(testId: string, path: string): Promise<void> {
+    const { value } = (await this.marionette.command("WebDriver:FindElement", { using: "css selector", value: `[data-testid="${testId}"]` })) as { value: Record<string, string> };
+    await this.marionette.command("WebDriver:ElementSendKeys", { id: Object.values(value)[0], text: path });
   }
 
   /** Returns a PNG of the window, which is saved with the others too. */
