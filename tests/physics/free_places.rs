@@ -9,7 +9,7 @@ use simd_core::simulation::command::*;
 use simd_core::simulation::free_place::FreePlace;
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Collision, Geometry};
+use simd_model::robot::{Collision, Geometry, MeshAsset, Sha256, Visual};
 use simd_tests::scenes;
 use simd_tests::world::{apply, look, passive, run, world};
 
@@ -132,4 +132,61 @@ fn robots_of_one_file_move_together() {
     run(&mut world, 1e-2);
     apply(&mut world, Command::Reset(ResetScope { state: true, ..ResetScope::default() }));
     assert!(DVec3::from(at(&world)[1]).distance(DVec3::new(0.0, 1.2, 0.5)) < 1e-12);
+}
+
+fn visual(z: f64, geometry: Geometry) -> Visual {
+    Visual { link_from_shape: DPose3::from_translation(DVec3::Z * z), geometry, color: None, texture: None }
+}
+
+/// Their visuals take the place of collision shapes, also those of meshes, and planes have no lowest point.
+#[test]
+fn robots_without_collision_shapes_stand_on_the_ground_and_beside_others() {
+    let asset = MeshAsset {
+        sha256: Sha256([0; 32]),
+        vertices: vec![DVec3::ZERO, DVec3::X, DVec3::new(0.0, 0.5, -0.5)],
+        triangles: vec![[0, 1, 2]],
+        paints: Vec::new(),
+        files: Vec::new(),
+        grid: None,
+    };
+    let mesh = Geometry::Mesh { uri: "a.stl".into(), scale: DVec3::splat(2.0), asset: Some(Arc::new(asset)) };
+    let looks = [
+        visual(0.0, Geometry::Box { size: DVec3::ONE }),
+        visual(-0.25, Geometry::Sphere { radius: 0.5 }),
+        visual(0.0, mesh),
+        visual(-3.0, Geometry::Plane { normal: DVec3::Z }),
+    ];
+    let mut world = world(1e-3);
+    for (index, look) in looks.into_iter().enumerate() {
+        let mut model = chain(0);
+        model.links[0].visuals = vec![look];
+        let model = Arc::new(model);
+        let shapes = Arc::new(Shapes::new(&model));
+        let name = format!("robot_{index}");
+        let asked = Spawn { name, shapes, free_place: ANYWHERE, ..passive(&model, false, &[]) };
+        apply(&mut world, Command::Spawn(Box::new(asked)));
+    }
+    let expected = [[0.0, 0.5], [1.2, 0.75], [1.9, 1.0], [3.9, 0.0]];
+    for (root, [y, z]) in look(&world).roots.iter().zip(expected) {
+        let at = root.pose.translation;
+        assert!(at.distance(DVec3::new(0.0, y, z)) < 1e-12, "{at:?}: y {y}, z {z}");
+    }
+}
+
+/// A robot that is drawn below its collision shapes stands on these.
+#[test]
+fn visuals_do_not_count_if_their_link_has_collision_shapes() {
+    let mut model = chain(0);
+    model.links[0].collisions = vec![Collision {
+        link_from_shape: DPose3::IDENTITY,
+        geometry: Geometry::Sphere { radius: 0.25 },
+        material: Default::default(),
+    }];
+    model.links[0].visuals = vec![visual(0.0, Geometry::Box { size: DVec3::ONE })];
+    let model = Arc::new(model);
+    let mut world = world(1e-3);
+    let shapes = Arc::new(Shapes::new(&model));
+    let asked = Spawn { shapes, free_place: ANYWHERE, ..passive(&model, false, &[]) };
+    apply(&mut world, Command::Spawn(Box::new(asked)));
+    assert_eq!(look(&world).roots[0].pose.translation, DVec3::Z * 0.25);
 }

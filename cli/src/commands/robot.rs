@@ -89,8 +89,8 @@ pub(crate) struct Load {
     pose: Option<Pose>,
     /// Stand beside all other robots, and on the ground
     ///
-    /// Moves the robot along y until it is 0.2 m from the others, and raises it until its collision shapes are above
-    /// z = 0. A robot that has room already stays at its pose.
+    /// Moves the robot along y until it is 0.2 m from the others, and raises it until its shapes are above z = 0.
+    /// Visuals of a link count if it has no collision shapes. A robot that has room already stays at its pose.
     #[arg(long)]
     beside: bool,
     /// The root link does not move

@@ -139,6 +139,18 @@ test("the chosen ones of many descriptions are loaded, side by side", async () =
   expect(await placeOf("robot_11")).toEqual(before);
 });
 
+test("a robot without collision shapes stands on the ground by what is drawn, from its first state on", async () => {
+  const look = '<visual><origin xyz="0 0 -0.2"/><geometry><box size="0.4 0.4 0.6"/></geometry></visual>';
+  await drop(await write("post.urdf", `<robot name="post"><link name="base">${look}</link></robot>`));
+  await tab.page.getByTestId("load-now").click();
+  await expect.poll(names).toEqual(["post"]);
+  expect((await daemon.entities.getEntityState({ robot: "post" })).pose?.position?.z).toBeCloseTo(0.5, 12);
+  await tab.shows(daemon);
+  await tab.picture("drawn-on-the-ground");
+  // The spawn puts it there: the page moves no robot afterwards.
+  expect(tab.requests.filter(({ pathname }) => pathname.endsWith("SetEntityState"))).toEqual([]);
+});
+
 test("a description of 50 MB and a mesh beyond the limit are refused before they are sent", async () => {
   const calls = (): number => tab.requests.filter(({ pathname }) => /PrepareDescription|UploadAsset|ExpandXacro/.test(pathname)).length;
   const { limits } = await daemon.simulation.getSimulatorInfo({});

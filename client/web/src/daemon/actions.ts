@@ -6,13 +6,12 @@ import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
 import type { DroppedFile, LoadOptions } from "../load/load";
 import type { Chosen } from "../load/xacro";
 import { axisValues } from "../state/joint-values";
-import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import { changed, making } from "../state/undo";
 import type { Spring } from "../scene/spring";
 import { frame, simulation, type Axis, type Mode, type Target } from "../state/world";
 import { remember } from "./again";
-import { bringIn, moveTo, noteSpawn } from "./building";
+import { bringIn, noteSpawn } from "./building";
 import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
 import { valuesOf } from "./mapping";
@@ -118,8 +117,8 @@ export async function loadFiles(files: DroppedFile[], chosen: readonly Chosen[],
   const load = async (): Promise<void> => {
     // Most visits load nothing.
     const { loadDropped } = await import("../load/load");
-    await loadDropped(services().entities, files, chosen, options, (spawned, request, isLifted, choice) => {
-      noteSpawn(spawned, request, "adding", isLifted);
+    await loadDropped(services().entities, files, chosen, options, (spawned, request, choice) => {
+      noteSpawn(spawned, request);
       remember(spawned.name, () => loadFiles(files, [choice], options));
     });
   };
@@ -147,11 +146,6 @@ export const addGround = oneAtATime(async () => {
   const name = await bringIn({ name: "ground", allowRenaming: true, base: Base.FIXED, source: { source: { case: "primitive", value: primitive } } });
   if (name !== undefined) toast("info", "There is ground at z = 0 now. A reset restores robots that have fallen.");
 });
-
-/** Puts a robot at a pose, at rest: world_from_root. */
-export async function put(robot: string, pose: Pose): Promise<void> {
-  await attempt(() => moveTo(robot, pose));
-}
 
 /**
  * Pulls a point of a link, in its frame, to a point of the world. Ends after this many simulated seconds unless it is renewed.

@@ -4,7 +4,6 @@ import { beforeEach, expect, test, vi } from "vitest";
 import { ContactService } from "../gen/simd/v1/contact_pb";
 import { EntityService, type SpawnEntityRequest } from "../gen/simd/v1/entity_pb";
 import { JointMode, JointService, JointType } from "../gen/simd/v1/joint_pb";
-import { unmeasured } from "../state/report";
 import { toasts } from "../state/toasts";
 import { future, past, redo, undo } from "../state/undo";
 import { selectedRobot } from "../state/view";
@@ -79,7 +78,6 @@ beforeEach(() => {
   past.value = [];
   future.value = [];
   toasts.value = [];
-  unmeasured.value = new Set();
 });
 
 test("undo takes out what was brought in, also after a redo, and not another robot of that name", async () => {
@@ -152,12 +150,11 @@ test("a robot that was removed and restored is duplicated as it was requested", 
   expect(spawned.at(-1)?.scale).toBe(3);
 });
 
-test("a robot that was lifted onto the ground is lifted again when its loading is redone", async () => {
-  noteSpawn(put("arm"), { name: "arm" }, "adding", true);
+test("a robot that found its place on the ground finds it again when its loading is redone", async () => {
+  noteSpawn(put("arm"), { name: "arm", onGround: true });
   await undo();
-  expect([...unmeasured.value]).toEqual([]);
   await redo();
-  expect([...unmeasured.value]).toEqual(["arm"]);
+  expect(spawned.map(({ name, onGround }) => [name, onGround])).toEqual([["arm", true]]);
 });
 
 test("scenery does not take the place of a robot with joints in the panel, and another robot does", async () => {

@@ -1,7 +1,6 @@
 // Changes of the world by this page: loads, removes, moves and duplicates robots. Each change can be undone.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import type { SpawnEntityRequest, SpawnEntityRequestSchema } from "../gen/simd/v1/entity_pb";
-import { measureLater } from "../state/report";
 import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import { changed, making, type Change } from "../state/undo";
@@ -43,15 +42,14 @@ export function bringIn(request: Spawn, what = "adding"): Promise<string | undef
   });
 }
 
-/** Notes that a robot was loaded, and whether the page lifts it onto the ground. */
-export function noteSpawn({ name, layoutVersion }: Spawned, request: Spawn, what = "adding", isLifted = false): void {
+/** Notes that a robot was loaded. */
+export function noteSpawn({ name, layoutVersion }: Spawned, request: Spawn, what = "adding"): void {
   let version = keep(name, layoutVersion, request);
   note({
     what: `${what} ${name}`,
     undo: () => removeOwn(name, version),
     redo: async () => {
       version = await bringBack(name, request);
-      if (isLifted) measureLater(name);
     },
   });
 }

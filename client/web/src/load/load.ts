@@ -4,7 +4,7 @@ import type { DescriptionSourceSchema, EntityInfo, SpawnEntityRequest, SpawnEnti
 import { AssetState, Base, MeshShapes } from "../gen/simd/v1/entity_pb";
 import { loadingOf, reportOf } from "../daemon/mapping";
 import type { Services } from "../daemon/services";
-import { loading, measureLater, reports } from "../state/report";
+import { loading, reports } from "../state/report";
 import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
 import { includes, Locator, mayNameMore } from "./locator";
@@ -58,10 +58,10 @@ const SHAPES: Record<LoadOptions["meshes"], MeshShapes> = { mesh: MeshShapes.MES
 type Entities = Services["entities"];
 type Spawn = Exclude<MessageInitShape<typeof SpawnEntityRequestSchema>, SpawnEntityRequest>;
 type Source = MessageInitShape<typeof DescriptionSourceSchema>;
-/** Called for each loaded robot with the request, whether the page lifts it onto the ground, and the chosen file. */
-type OnLoaded = (entity: EntityInfo, request: Spawn, isLifted: boolean, choice: Chosen) => void;
+/** Called for each loaded robot with the request and the chosen file. */
+type OnLoaded = (entity: EntityInfo, request: Spawn, choice: Chosen) => void;
 /** Called for each robot of one file. */
-type OnLoadedOne = (entity: EntityInfo, request: Spawn, isLifted: boolean) => void;
+type OnLoadedOne = (entity: EntityInfo, request: Spawn) => void;
 
 /** Loads descriptions that are among the files, one after the other. Rejects with the error of the daemon or of the page. */
 export async function loadDropped(entities: Entities, dropped: DroppedFile[], chosen: readonly Chosen[], options = DEFAULT_OPTIONS, loaded: OnLoaded = () => undefined): Promise<void> {
@@ -128,10 +128,9 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, { 
   const source = { source: { case: "description", value: prepared.description }, assets: found.hashes, missing: found.missing } as const;
   const request = requestOf(source, options);
   const spawned = await spawn(entities, what, request);
-  const isLifted = request.onGround === true;
-  const entity = keepReport(spawned, request.base !== Base.UNSPECIFIED, isLifted);
+  const entity = keepReport(spawned, request.base !== Base.UNSPECIFIED);
   // With several robots, each would load all of them again.
-  if (spawned?.others.length === 0) loaded(entity, request, isLifted);
+  if (spawned?.others.length === 0) loaded(entity, request);
 }
 
 function requestOf(source: Source, { name, yaw, base, meshes, scale, position = {} }: LoadOptions): Spawn {
@@ -203,13 +202,12 @@ async function spawn(entities: Entities, what: string, request: Spawn): Promise<
   return spawned;
 }
 
-/** Keeps the load report of the robot, and has it lifted onto the ground if no position is given. Returns the robot. */
-function keepReport(spawned: SpawnEntityResponse | undefined, isBaseChosen: boolean, isLifted: boolean): EntityInfo {
+/** Keeps the load report of the robot. Returns the robot. */
+function keepReport(spawned: SpawnEntityResponse | undefined, isBaseChosen: boolean): EntityInfo {
   if (!spawned?.entity) throw new Error("The daemon ended the call without a result.");
   const { name } = spawned.entity;
   const report = reportOf(name, spawned.report);
   reports.value = new Map(reports.value).set(name, report);
-  if (isLifted) measureLater(name);
   const others = spawned.others.map((other) => other.name);
   selectedRobot.value = name;
   const said = report.summary === "" ? `${[name, ...others].join(", ")} is loaded` : report.summary;

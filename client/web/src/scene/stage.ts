@@ -31,7 +31,6 @@ import { GhostViews } from "./ghosts";
 import { Grid } from "./grid";
 import { InputReport } from "./input-report";
 import { Labels } from "./labels";
-import { liftOntoGround } from "./lift";
 import { namesOf } from "./link-names";
 import { PointerInteraction } from "./pointer-interaction";
 import { Light } from "./light";
@@ -344,7 +343,6 @@ export class Stage {
     this.robots.show({ visuals: visuals.peek(), collisions: collisions.peek(), frames: frames.peek() });
     const isGroundFound = this.robots.findGround();
     const isComplete = this.robots.meshes.isComplete();
-    if (isComplete) liftOntoGround(this.robots);
     if (isComplete) hasGround.value = isGroundFound;
     const { pendingFit } = this;
     if (isComplete) this.pendingFit = null;

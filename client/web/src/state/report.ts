@@ -39,12 +39,3 @@ export interface Loading {
 /** By the robot's name. */
 export const reports = signal<Map<string, LoadReport>>(new Map());
 export const loading = signal<Loading | null>(null);
-/** Depth of a loaded robot below the ground that counts as none, metres. */
-export const MAX_DEPTH = 1e-3;
-/** Robots that this tab loaded and whose lowest point is not measured yet: it may be below the ground. */
-export const unmeasured = signal<ReadonlySet<string>>(new Set());
-
-/** Requests that a robot is measured once it is drawn, and lifted onto the ground. */
-export function measureLater(robot: string): void {
-  unmeasured.value = new Set(unmeasured.value).add(robot);
-}

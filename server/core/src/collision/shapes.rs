@@ -9,8 +9,9 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::shape::SharedShape;
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, JointKind, Sha256};
+use simd_model::robot::{Geometry, JointKind, Sha256, Visual};
 
+use super::bounds::Bounds;
 use super::convex_mesh::tree_of;
 use super::mesh::{MadeMesh, is_field, mesh_shapes};
 use super::part::{Made, MeshShapes, Part, SAMPLE_BYTES, TRIANGLE_BYTES, Way, upright};
@@ -29,6 +30,8 @@ pub struct Shapes {
     /// Shapes of its meshes, to be reused by other robots.
     meshes: MadeMeshes,
     proxies: Vec<Proxy>,
+    /// Boxes around the visuals of links without collision shapes, by link, in the link's frame.
+    drawn: Vec<(usize, Bounds)>,
 }
 
 impl fmt::Debug for Shapes {
@@ -56,6 +59,7 @@ impl Shapes {
         let mut meshes = MadeMeshes::new();
         let mut parts = Vec::new();
         let mut proxies: Vec<Proxy> = Vec::new();
+        let mut drawn = Vec::new();
         let welded = welded_to_world(model, fixed_base);
         let mut bytes = TriangleBytes::default();
         let has_links_that_meet = model.joints.iter().any(|joint| joint.kind != JointKind::Fixed);
@@ -103,13 +107,17 @@ impl Shapes {
                     });
                 }
             }
+            if parts.last().is_none_or(|part: &Part| part.link != link) {
+                let around = of.visuals.iter().filter_map(drawn_box).reduce(Bounds::around);
+                drawn.extend(around.map(|around| (link, around)));
+            }
         }
         if parts.iter().any(|part| part.tree.is_some()) {
             for part in parts.iter_mut().filter(|part| part.tree.is_none() && !part.is_coarse()) {
                 part.tree = tree_of(&*part.shape).map(Arc::new);
             }
         }
-        Self { parts, meshes, proxies }
+        Self { parts, meshes, proxies, drawn }
     }
 
     /// Returns the shapes that replace its collision meshes, each once.
@@ -121,6 +129,19 @@ impl Shapes {
     /// equal keys share them.
     pub fn mesh_bytes(&self) -> impl Iterator<Item = (MeshKey, u64)> + '_ {
         self.meshes.iter().map(|(key, made)| (*key, made.shapes.iter().map(Made::bytes).sum()))
+    }
+
+    /// Returns lower and upper corner of a box along the world's axes for each link that has visuals and no
+    /// collision shapes. The box is around the box of the visuals in the link's frame.
+    pub fn drawn_bounds<'a>(
+        &'a self,
+        world_from_link: &'a [DPose3],
+    ) -> impl Iterator<Item = [DVec3; 2]> + 'a {
+        self.drawn.iter().filter_map(|(link, around)| {
+            let own = [around.least.midpoint(around.most), (around.most - around.least) / 2.0];
+            let Bounds { least, most } = Bounds::of_box(own, world_from_link.get(*link)?, 0.0);
+            Some([least, most])
+        })
     }
 
     /// Returns the number of shapes.
@@ -245,4 +266,20 @@ fn shapes(
 pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
     let made = shapes(geometry, Way::Hull, &mut TriangleBytes::default(), &mut MadeMeshes::new(), &[]);
     made.shapes.into_iter().next().map(|made| (made.shape, made.own_from_shape))
+}
+
+/// Returns a box around a visual in the frame of its link; `None` for a plane and a missing mesh.
+fn drawn_box(visual: &Visual) -> Option<Bounds> {
+    match &visual.geometry {
+        Geometry::Plane { .. } => None,
+        Geometry::Mesh { scale, asset, .. } => {
+            let corners = asset.as_deref()?.vertices.iter();
+            let corners = corners.map(|vertex| visual.link_from_shape.transform_point(*scale * *vertex));
+            corners.map(|corner| Bounds::about(corner, DVec3::ZERO)).reduce(Bounds::around)
+        }
+        primitive => {
+            let (shape, own_from_shape) = own_shape(primitive)?;
+            Some(Bounds::of(&*shape, &(visual.link_from_shape * own_from_shape), 0.0))
+        }
+    }
 }

@@ -10,7 +10,7 @@ use crate::dynamics::Tree;
 /// Distance of a free place from others, metres.
 const GAP: f64 = 0.2;
 
-/// Distance of a robot without collision shapes, whose size is unknown, from others, metres.
+/// Distance of a robot without shapes, whose size is unknown, from others, metres.
 const GAP_WITHOUT_SHAPES: f64 = 1.0;
 
 /// Width along x and y from which an object counts as ground, metres.
@@ -25,11 +25,12 @@ const TOUCHES: f64 = 1e-3;
 pub struct FreePlace {
     /// Moves it along y, if necessary, until it stands beside all other robots but the ground.
     pub beside_others: bool,
-    /// Raises it, if necessary, until its collision shapes are above z = 0.
+    /// Raises it, if necessary, until its shapes are above z = 0.
     pub on_ground: bool,
 }
 
-/// Extent of a robot: the box around its collision shapes and the origins of its links, world axes, metres.
+/// Extent of a robot: the box around its shapes and the origins of its links, world axes, metres. Shapes of a
+/// link are its collision shapes, or without any its visuals.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     lower: DVec3,
@@ -50,7 +51,8 @@ impl Extent {
         let placed = posed_shapes(NO_ROBOT, tree, shapes, poses, None);
         let is_ground = placed.iter().any(PlacedShape::is_plane);
         let mut extent = Self { lower, upper, bottom: f64::INFINITY, is_ground };
-        for [least, most] in link_bounds(&placed, tree.links.len()).into_iter().flatten() {
+        let bounds = link_bounds(&placed, tree.links.len()).into_iter().flatten();
+        for [least, most] in bounds.chain(shapes.drawn_bounds(poses)) {
             extent.lower = extent.lower.min(least);
             extent.upper = extent.upper.max(most);
             extent.bottom = extent.bottom.min(least.z);

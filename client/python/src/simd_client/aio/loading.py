@@ -70,12 +70,12 @@ class Loading(Connection):
         is returned, and `robots` of the simulation has the others.
 
         `position` (metres) and `orientation` (x y z w) are `world_from_root`. `beside` moves the robot
-        along y until it stands beside all others, and up until its collision shapes are above z = 0. `fixed`
-        fixes the root link to the world; by default it is fixed if it is called `world`. Joints hold their position unless
-        `passive`, and start at `joint_positions`: by joint name, where they may have units, or as an array in
-        joint order. A spherical joint has a quaternion x y z w. A position beyond a limit is clamped and
-        reported in `report`; with `beyond_limit="refuse"` the robot is refused, and with `"keep"` it starts
-        there. `scale` multiplies lengths. `packages` are searched for ROS packages first. `surfaces` replaces
+        along y until it stands beside all others, and up until its shapes are above z = 0; visuals
+        of a link count if it has no collision shapes. `fixed` fixes the root link to the world; by default it is fixed if it
+        is called `world`. Joints hold their position unless `passive`, and start at `joint_positions`: by joint name, where
+        they may have units, or as an array in joint order. A spherical joint has a quaternion x y z w. A
+        position beyond a limit is clamped and reported in `report`; with `beyond_limit="refuse"` the robot is
+        refused, and with `"keep"` it starts there. `scale` multiplies lengths. `packages` are searched for ROS packages first. `surfaces` replaces
         the file's friction and restitution: one `Surface` for all links, or some by link. With
         `self_collision` its links collide with each other, except links that a joint connects and pairs in
         the `disable_collisions` of the file `srdf`. `collision` selects the use of collision meshes. `"mesh"`
