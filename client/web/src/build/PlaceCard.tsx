@@ -3,13 +3,12 @@ import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Throttle } from "../daemon/throttle";
 import { Icon } from "../panels/icons";
-import { quaternionOf, rollPitchYaw } from "../state/joint-values";
 import type { Pose } from "../state/scene";
 import { placing, placingMode, type Placing } from "../state/tools";
 import { making } from "../state/undo";
 import { frame, robots, type Robot } from "../state/world";
 import { NumberField } from "./Fields";
-import { placed } from "./placement";
+import { coordinatesOf, setCoordinates, type Coordinates } from "./placement";
 
 export function PlaceCard(): JSX.Element | null {
   const wanted = placing.value;
@@ -95,32 +94,33 @@ function Parts({ robot, wanted }: { robot: Robot; wanted: Placing }): JSX.Elemen
 const INTERVAL = 50;
 const AXES = ["x", "y", "z"] as const;
 const ANGLES = ["roll", "pitch", "yaw"] as const;
+const NONE: Coordinates = new Map();
 
 /** Its pose in numbers that can be set; for a link only the position. */
 function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): JSX.Element | null {
   const pose = poseIn(robot, link);
-  const [asked, setAsked] = useState<Pose | null>(null);
+  const [asked, setAsked] = useState(NONE);
   // One call after the other, so that the newest is the last.
   const calls = useMemo(() => new Throttle(INTERVAL), []);
-  const pending = useRef<{ to: Pose; since?: bigint } | null>(null);
-  // The requested pose is shown until a state contains it, so that the next arrow key starts from there.
+  const pending = useRef<{ to: Coordinates; since?: bigint } | null>(null);
+  // Requested numbers are shown until a state contains them, so that the next arrow key starts from there.
   const state = frame.value?.sequence ?? 0n;
   const showState = (): void => {
     pending.current = null;
-    setAsked(null);
+    setAsked(NONE);
   };
   useEffect(() => {
     const { since } = pending.current ?? {};
     if (since !== undefined && state >= since) showState();
   }, [state]);
   if (!pose) return null;
-  const now = asked ?? pose;
-  const angles = rollPitchYaw([now[3], now[4], now[5], now[6]]);
-  const set = (to: Pose): void => {
+  const now = coordinatesOf(pose).map((value, index) => asked.get(index) ?? value);
+  const set = (index: number, value: number): void => {
+    const to = new Map(pending.current?.to).set(index, value);
     setAsked(to);
     pending.current = { to };
     const call = async (): Promise<void> => {
-      const since = await placed({ robot: robot.name, ...(link !== undefined && { link }) }).end(pose, to);
+      const since = await setCoordinates(robot, link, to);
       if (pending.current?.to !== to) return;
       if (since === undefined || (frame.peek()?.sequence ?? 0n) >= since) showState();
       else pending.current = { to, since };
@@ -137,7 +137,7 @@ function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): J
             testId={`place-${axis}`}
             whenEntered
             value={now[index] ?? 0}
-            onChange={(value) => set(now.map((old, at) => (at === index ? value : old)) as unknown as Pose)}
+            onChange={(value) => set(index, value)}
           />
         ))}
       </div>
@@ -150,11 +150,8 @@ function Numbers({ robot, link }: { robot: Robot; link: string | undefined }): J
               testId={`place-${name}`}
               kind="angle"
               whenEntered
-              value={angles[index] ?? 0}
-              onChange={(value) => {
-                const [roll, pitch, yaw] = angles.map((old, at) => (at === index ? value : old));
-                set([now[0], now[1], now[2], ...quaternionOf([roll ?? 0, pitch ?? 0, yaw ?? 0])]);
-              }}
+              value={now[3 + index] ?? 0}
+              onChange={(value) => set(3 + index, value)}
             />
           ))}
         </div>

@@ -4,44 +4,55 @@ import { expect, test, vi } from "vitest";
 import { servicesOver } from "../daemon/services";
 import { EntityService } from "../gen/simd/v1/entity_pb";
 import { JointMode, JointService } from "../gen/simd/v1/joint_pb";
+import { KinematicsService, type ComputeInverseKinematicsRequest } from "../gen/simd/v1/kinematics_pb";
 import { SimulationService, SimulationState } from "../gen/simd/v1/simulation_pb";
 import type { Pose } from "../state/scene";
+import { toasts } from "../state/toasts";
 import { redo, undo } from "../state/undo";
 import { frame, robots, simulation, type Frame, type Robot } from "../state/world";
-import { placed, slideAlong, turnAbout } from "./placement";
+import { placed, setCoordinates, slideAlong, turnAbout } from "./placement";
 
 const targets: number[] = [];
 const resets: number[] = [];
 /** The daemon's elbow and world. */
 let elbow = 0.125;
 let state = SimulationState.PLAYING;
-const services = servicesOver(
-  createRouterTransport(({ service }) => {
-    service(JointService, {
-      getJointStates: () => ({ states: { robots: [{ robot: "arm", position: [elbow], mode: [JointMode.POSITION] }] } }),
-      resetJoints: ({ robots }) => {
-        resets.push(robots[0]?.joints[0]?.position ?? NaN);
-        return {};
-      },
-      setJointTargets: ({ robots }) => {
-        for (const { target } of robots[0]?.joints ?? []) if (target.case === "position") targets.push((elbow = target.value.position));
-        return { stamp: { sequence: 7n } };
-      },
-    });
-    service(SimulationService, { getSimulationState: () => ({ state }) });
-    service(EntityService, {
-      getEntityState: () => ({ pose: { position: { x: place }, orientation: { w: 1 } } }),
-      setEntityState: ({ pose }) => {
-        place = pose?.position?.x ?? NaN;
-        return { stamp: { sequence: 9n } };
-      },
-    });
-  }),
-);
-/** Position of the robot in the daemon, along x. */
+const transport = createRouterTransport(({ service }) => {
+  service(JointService, {
+    getJointStates: () => ({ states: { robots: [{ robot: "arm", position: [elbow], mode: [JointMode.POSITION] }] } }),
+    resetJoints: ({ robots }) => {
+      resets.push(robots[0]?.joints[0]?.position ?? NaN);
+      return {};
+    },
+    setJointTargets: ({ robots }) => {
+      for (const { target } of robots[0]?.joints ?? []) if (target.case === "position") targets.push((elbow = target.value.position));
+      return { stamp: { sequence: 7n } };
+    },
+  });
+  service(SimulationService, { getSimulationState: () => ({ state }) });
+  service(EntityService, {
+    getEntityState: () => ({ pose: { position: { x: place, z: height }, orientation: { w: 1 } } }),
+    setEntityState: ({ pose }) => {
+      place = pose?.position?.x ?? NaN;
+      height = pose?.position?.z ?? NaN;
+      return { stamp: { sequence: 9n } };
+    },
+    getLinkPoses: () => ({ robots: [{ robot: "arm", poses: [...upright, 0.25, 0.5, 0.75, half, 0, 0, half] }] }),
+  });
+  service(KinematicsService, {
+    computeInverseKinematics: (request) => {
+      solved.push(request);
+      return { positions: [0.5], converged: true };
+    },
+  });
+});
+const services = servicesOver(transport);
+/** Position of the robot in the daemon, along x and z. */
 let place = 0;
+let height = 0;
+const solved: ComputeInverseKinematicsRequest[] = [];
 
-vi.mock("../daemon/services", async (original) => ({ ...(await original<typeof import("../daemon/services")>()), services: () => services }));
+vi.mock("../daemon/services", async (original) => ({ ...(await original<typeof import("../daemon/services")>()), services: () => services, transport: () => transport }));
 vi.mock("../daemon/page", () => ({ daemonConnection: () => ({ pollNow: () => undefined }) }));
 
 const half = Math.SQRT1_2;
@@ -92,4 +103,22 @@ test("undo returns a dragged robot to the daemon's pose, not to the drawn one", 
   expect(place).toBe(2);
   await undo();
   expect(place).toBe(0.5);
+});
+
+test("a number of a pose changes only itself, and the others stay as the daemon has them", async () => {
+  const arm = { name: "arm", links: ["base", "hand"], axes: robots.peek()[0]?.axes } as unknown as Robot;
+  // The page's last state is older than a drag, which has moved the robot to 2.
+  frame.value = { sequence: 1n, joints: new Map(), poses: new Map([["arm", new Float64Array(upright)]]) } as unknown as Frame;
+  [place, height] = [2, 0];
+  expect(await setCoordinates(arm, undefined, new Map([[2, 0.75]]))).toBe(9n);
+  expect([place, height]).toEqual([2, 0.75]);
+  // A link keeps its orientation: with few joints only its position is asked for.
+  expect(await setCoordinates(arm, "hand", new Map([[2, 1]]))).toBe(7n);
+  expect(solved.map(({ target }) => [target?.position?.x, target?.position?.y, target?.position?.z, target?.orientation])).toEqual([[0.25, 0.5, 1, undefined]]);
+});
+
+test("a number of a link that has gone is reported", async () => {
+  toasts.value = [];
+  expect(await setCoordinates({ name: "arm", links: ["base"], axes: [] } as unknown as Robot, "hand", new Map([[2, 1]]))).toBeUndefined();
+  expect(toasts.value.map(({ sentence }) => sentence)).toEqual(["Arm was loaded again meanwhile; try once more."]);
 });

@@ -1,19 +1,19 @@
 // Effects of dragging the handles: moves a robot, brings the end of an arm to a pose by inverse kinematics, or turns a joint.
 import { createClient, type Client } from "@connectrpc/connect";
 import { Quaternion, Vector3 } from "three";
-import { moveTo, noteMove, poseOf, wirePose } from "../daemon/building";
+import { linkPoseOf, moveTo, noteMove, poseOf, wirePose } from "../daemon/building";
 import { messageOf, worded } from "../daemon/error-message";
 import { valuesOf } from "../daemon/mapping";
 import { daemonConnection } from "../daemon/page";
 import { services, transport } from "../daemon/services";
 import { KinematicsService } from "../gen/simd/v1/kinematics_pb";
 import { SimulationState } from "../gen/simd/v1/simulation_pb";
-import { axisValues } from "../state/joint-values";
+import { axisValues, quaternionOf, rollPitchYaw } from "../state/joint-values";
 import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import type { Placing } from "../state/tools";
 import { changed } from "../state/undo";
-import { robots, type Axis } from "../state/world";
+import { robots, type Axis, type Robot } from "../state/world";
 
 /**
  * One drag. Both calls resolve to the sequence of the first state with the result; undefined after a refusal, which a message
@@ -24,6 +24,29 @@ export interface Placement {
   to(to: Pose, from: Pose): Promise<bigint | undefined>;
   /** The drag has ended. */
   end(from: Pose, to: Pose): Promise<bigint | undefined>;
+}
+
+/** Numbers of a pose by their index: x, y, z, roll, pitch, yaw. */
+export type Coordinates = ReadonlyMap<number, number>;
+
+/** Returns x, y, z, roll, pitch and yaw of a pose. */
+export function coordinatesOf([x, y, z, ...turn]: Pose): number[] {
+  return [x, y, z, ...rollPitchYaw(turn)];
+}
+
+/**
+ * Sets some numbers of the pose of a robot, or of a link by its joints. The others stay as the daemon has them: the page's last state may be older
+ * than its last change. Resolves as a placement does.
+ */
+export function setCoordinates({ name: robot, links }: Robot, link: string | undefined, to: Coordinates): Promise<bigint | undefined> {
+  return said(async () => {
+    const from = link === undefined ? await poseOf(robot) : await linkPoseOf(robot, links.indexOf(link));
+    const [x = 0, y = 0, z = 0, ...angles] = coordinatesOf(from).map((value, index) => to.get(index) ?? value);
+    const [roll = 0, pitch = 0, yaw = 0] = angles;
+    const isTurned = [3, 4, 5].some((index) => to.has(index));
+    const [, , , ...turn] = from;
+    return placed({ robot, ...(link !== undefined && { link }) }).end(from, [x, y, z, ...(isTurned ? quaternionOf([roll, pitch, yaw]) : turn)]);
+  });
 }
 
 /** Returns the placement that a drag changes. */
@@ -213,7 +236,7 @@ function noteJoints(what: string, axes: readonly Axis[], before: Sent, after: Se
   changed({ what: `moving ${what}`, of: `place ${axes.map(({ key }) => key).join()}`, undo: set(before), redo: set(after) });
 }
 
-async function said(act: () => Promise<bigint>): Promise<bigint | undefined> {
+async function said(act: () => Promise<bigint | undefined>): Promise<bigint | undefined> {
   try {
     return await act();
   } catch (error) {

@@ -167,6 +167,9 @@ test("scenery does not take the place of a robot with joints in the panel, and a
   expect(selectedRobot.value).toBe("arm");
   await bringIn({ name: "other", source: { source: { case: "path", value: "other.urdf" } } });
   expect(selectedRobot.value).toBe("other");
+  // The page does not show it yet.
+  await bringIn({ name: "box", source });
+  expect(selectedRobot.value).toBe("other");
   robots.value = [];
 });
 

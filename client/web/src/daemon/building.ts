@@ -5,11 +5,11 @@ import type { Pose } from "../state/scene";
 import { toast } from "../state/toasts";
 import { changed, making, type Change } from "../state/undo";
 import { selectedRobot } from "../state/view";
-import type { JointValues, Robot } from "../state/world";
+import { robots, type JointValues, type Robot } from "../state/world";
 import { shownRobot } from "../panels/shown-robot";
 import { remember } from "./again";
 import { messageOf, worded } from "./error-message";
-import { poseOf as poseFrom, robotOf, valuesOf } from "./mapping";
+import { axesOf, poseOf as poseFrom, robotOf, valuesOf } from "./mapping";
 import { daemonConnection } from "./page";
 import { services } from "./services";
 
@@ -31,15 +31,25 @@ const asked = new Map<string, { request: Spawn; version: bigint }>();
  */
 export function bringIn(request: Spawn, what = "adding"): Promise<string | undefined> {
   return attempt(async () => {
-    const spawned = await spawn(request);
+    // Scenery does not deselect an arm that is being moved.
+    const isScenery = request.source?.source?.case === "primitive";
+    const [spawned, kept] = await Promise.all([spawn(request), isScenery ? robotWithJoints() : undefined]);
     noteSpawn(spawned, request, what);
     remember(spawned.name, () => bringIn({ ...request, name: spawned.name, allowRenaming: true }, what));
-    // Scenery does not deselect an arm that is being moved.
-    const chosen = shownRobot.peek();
-    const isScenery = request.source?.source?.case === "primitive";
-    selectedRobot.value = isScenery && chosen && chosen.axes.length > 0 ? chosen.name : spawned.name;
+    selectedRobot.value = kept ?? spawned.name;
     return spawned.name;
   });
+}
+
+/** Returns the robot in the panel if it has joints. The daemon is asked about a selected one that the page does not show yet. */
+async function robotWithJoints(): Promise<string | undefined> {
+  const selected = selectedRobot.peek();
+  if (selected !== "" && !robots.peek().some(({ name }) => name === selected)) {
+    const answer = await services().joints.getJointLayout({ robot: selected }).catch(() => undefined);
+    if (answer?.layout?.joints.some((joint) => axesOf(selected, joint).length > 0)) return selected;
+  }
+  const shown = shownRobot.peek();
+  return shown && shown.axes.length > 0 ? shown.name : undefined;
 }
 
 /** Notes that a robot was loaded. */
@@ -92,6 +102,14 @@ export function noteMove(robot: string, from: Pose, to: Pose): void {
 /** Returns the daemon's world_from_root. */
 export async function poseOf(robot: string): Promise<Pose> {
   return poseFrom((await services().entities.getEntityState({ robot })).pose);
+}
+
+/** Returns the daemon's world_from_link of a link, by index. */
+export async function linkPoseOf(robot: string, index: number): Promise<Pose> {
+  const { robots } = await services().entities.getLinkPoses({ robots: [robot] });
+  const pose = robots[0]?.poses.slice(7 * index, 7 * index + 7);
+  if (!isPose(pose)) throw new Error(`${robot} was loaded again meanwhile; try once more`);
+  return pose;
 }
 
 /**
