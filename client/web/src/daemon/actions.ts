@@ -18,6 +18,7 @@ import { valuesOf } from "./mapping";
 import { daemonConnection } from "./page";
 import { worded } from "./error-message";
 import { services } from "./services";
+import { showSetState } from "./set-state";
 import { ballTargetOf, targetOf, type WireTarget } from "./targets";
 
 export type { DroppedFile };
@@ -177,10 +178,16 @@ async function sendTargets(values: Map<string, { axis: Axis; mode: Mode; value: 
   for (const { axis, mode, value } of values.values()) {
     if (!axis.isBall) add(axis, targetOf(axis, mode, value));
   }
-  for (const { axis, mode, values: three } of balls.of(values.values(), frame.peek(), performance.now())) add(axis, ballTargetOf(axis, mode, three));
+  const whole = balls.of(values.values(), frame.peek(), performance.now());
+  for (const { axis, mode, values: three } of whole) add(axis, ballTargetOf(axis, mode, three));
   if (robots.size === 0) return;
   const wire = [...robots].map(([robot, joints]) => ({ robot, joints }));
-  reportClamped(await services().joints.setJointTargets({ robots: wire }));
+  const response = await services().joints.setJointTargets({ robots: wire }).catch((error: unknown) => {
+    balls.refused(whole);
+    throw error;
+  });
+  balls.applied(whole, response.stamp?.sequence ?? 0n);
+  reportClamped(response);
   daemonConnection().pollNow();
 }
 
@@ -205,7 +212,7 @@ async function sendState(state: "playing" | "paused"): Promise<void> {
   const done = await attempt(() => services().simulation.setSimulationState({ state: state === "playing" ? SimulationState.PLAYING : SimulationState.PAUSED }));
   if (wanted === state) wanted = null;
   // The next press must not start from the state before.
-  if (done) simulation.value = { ...simulation.peek(), state };
+  if (done) showSetState(state);
   daemonConnection().pollAllNow();
 }
 

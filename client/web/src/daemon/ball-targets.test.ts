@@ -45,12 +45,26 @@ test("rows that are moved together are one target", () => {
   ]);
 });
 
-test("a sent target counts until the daemon has had time to confirm it", () => {
+test("a sent target counts until a state contains it, however slow the daemon is", () => {
   const balls = new BallTargets();
-  balls.of([{ axis: axis(0), mode: "position", value: 1 }], state("position"), 0);
-  const set = (now: number): unknown => balls.of([{ axis: axis(1), mode: "position", value: 2 }], state("position"), now)[0]?.values;
-  expect(set(500)).toEqual(close(1, 2, 0.5));
-  expect(set(5000)).toEqual(close(0, 2, 0.5));
+  const set = (sequence: bigint, now: number) => balls.of([{ axis: axis(1), mode: "position", value: 2 }], { ...state("position"), sequence }, now);
+  const first = balls.of([{ axis: axis(0), mode: "position", value: 1 }], state("position"), 0);
+  expect(set(1n, 5000)[0]?.values).toEqual(close(1, 2, 0.5));
+  // The first is no longer the last one.
+  balls.applied(first, 3n);
+  balls.applied(set(4n, 5000), 8n);
+  expect(set(7n, 6000)[0]?.values).toEqual(close(1, 2, 0.5));
+  balls.applied(set(7n, 6000), 8n);
+  expect(set(8n, 6000)[0]?.values).toEqual(close(0, 2, 0.5));
+});
+
+test("a refused target does not count, nor one of a daemon that was restarted", () => {
+  const balls = new BallTargets();
+  const set = (now: number) => balls.of([{ axis: axis(1), mode: "position", value: 2 }], state("position"), now);
+  balls.refused(balls.of([{ axis: axis(0), mode: "position", value: 1 }], state("position"), 0));
+  expect(set(10)[0]?.values).toEqual(close(0, 2, 0.5));
+  balls.applied(balls.of([{ axis: axis(0), mode: "position", value: 1 }], state("position"), 20), 1000n);
+  expect(set(60_000)[0]?.values).toEqual(close(0, 2, 0.5));
 });
 
 test("axes of other joints are left to others", () => {

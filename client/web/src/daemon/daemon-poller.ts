@@ -8,7 +8,7 @@ import { beingMade, recordings, recordingSince, recordingsOpen } from "../state/
 import { readings, sensors, sensorsShownOf } from "../state/sensors";
 import { toast } from "../state/toasts";
 import { refreshClientsBy } from "../state/tools";
-import { clients, connection, parameters, physics, robots, simulation, targetSources } from "../state/world";
+import { clients, connection, parameters, physics, robots, targetSources } from "../state/world";
 import { constraintOf } from "./constraints";
 import { wordsOf } from "./event-words";
 import { clientOf, parameterOf, physicsOf, simulationOf, sourcesOf } from "./mapping";
@@ -17,6 +17,7 @@ import { recordingOf } from "./recordings";
 import type { RobotRegistry } from "./robot-registry";
 import { readingsOf, sensorOf } from "./sensors";
 import type { Services } from "./services";
+import { statisticsOfRequest } from "./set-state";
 
 /** Milliseconds between two polls, and while the world rests. */
 const INTERVAL = 500;
@@ -90,10 +91,11 @@ export class DaemonPoller {
   }
 
   private async fetchStatistics(): Promise<void> {
+    const show = statisticsOfRequest();
     const { statistics } = await this.services.simulation.getWorldStatistics({}, CALL);
     if (!statistics) return;
     const reported = simulationOf(statistics);
-    simulation.value = { ...reported, behind: this.lag.update(reported) };
+    show({ ...reported, behind: this.lag.update(reported) });
   }
 
   private async fetchPhysics(): Promise<void> {

@@ -6,6 +6,7 @@ import { whyNotChange } from "../state/permission";
 import { toast } from "../state/toasts";
 import { parameters, type Parameter } from "../state/world";
 import { compute } from "./expression";
+import { useKeptSelection } from "./kept-selection";
 import { shortened } from "./quantity";
 import { niceStep } from "./range";
 
@@ -36,17 +37,20 @@ export function Parameters(): JSX.Element | null {
   );
 }
 
-/** Milliseconds after which a value that the daemon never reports is no longer shown. */
+/** Milliseconds after the daemon's answer from which a value that it never reports is no longer shown. */
 const PENDING_TIMEOUT = 1500;
 
 function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const { name, minimum, maximum } = parameter;
-  const [own, setOwn] = useState<{ value: number } | null>(null);
+  const [own, setOwn] = useState<{ value: number; isAnswered: boolean } | null>(null);
   /** Text of the number box while it is edited: the list is rendered again whenever any parameter changes. */
   const [typed, setTyped] = useState<string | null>(null);
   const dragging = useRef(false);
+  const box = useRef<HTMLInputElement>(null);
+  useKeptSelection(box);
   // A refused value must not be shown until the next change of the parameters.
   useEffect(() => {
+    if (!own?.isAnswered) return undefined;
     const timer = setTimeout(() => {
       if (!dragging.current) setOwn(null);
     }, PENDING_TIMEOUT);
@@ -56,8 +60,8 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const set = (next: number): void => {
     if (!Number.isFinite(next)) return;
     const within = Math.min(maximum, Math.max(minimum, next));
-    setOwn({ value: within });
-    void setParameter(name, within);
+    setOwn({ value: within, isAnswered: false });
+    void setParameter(name, within).then(() => setOwn((last) => (last?.value === within ? { value: within, isAnswered: true } : last)));
   };
   const nudge = (event: KeyboardEvent): void => {
     const direction = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1 }[event.key];
@@ -112,6 +116,7 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
         </div>
         <span class="bound">{shortened(maximum)}</span>
         <input
+          ref={box}
           class="number"
           type="text"
           inputMode="decimal"

@@ -151,7 +151,10 @@ export class AxisControl implements Follower {
 
   private send(mode: Mode, value: number, before: Target = { mode: this.mode, value: this.target }): void {
     this.pend({ mode, value });
-    void setTarget(this.axis, { mode, value }, before);
+    const { inputs } = this;
+    void setTarget(this.axis, { mode, value }, before).then(() => {
+      if (inputs === this.inputs) this.answered();
+    });
   }
 
   /** Shows a target that the daemon has not reported yet. */
@@ -159,6 +162,10 @@ export class AxisControl implements Follower {
     this.inputs += 1;
     this.pending.set(target, performance.now());
     show(this);
+  }
+
+  private answered(): void {
+    this.pending.answered(performance.now());
     // A refused target must not be shown until the next state, which may not come while the world is paused.
     clearTimeout(this.refreshTimer);
     this.refreshTimer = setTimeout(() => show(this), PENDING_TIMEOUT + 50);

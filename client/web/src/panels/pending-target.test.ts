@@ -19,8 +19,17 @@ test("a pending target is shown until the daemon reports it, and those of other 
 test("a target that the daemon clamped is shown in the end", () => {
   const asked = new PendingTarget();
   asked.set(at(9), 0);
-  expect(asked.shown(at(1.5), 900)).toEqual(at(9));
-  expect(asked.shown(at(1.5), 1100)).toEqual(at(1.5));
+  asked.answered(100);
+  expect(asked.shown(at(1.5), 1000)).toEqual(at(9));
+  expect(asked.shown(at(1.5), 1200)).toEqual(at(1.5));
+});
+
+test("a target is shown until the daemon answers, however slow it is", () => {
+  const asked = new PendingTarget();
+  asked.set(at(2), 0);
+  asked.answered(10);
+  asked.set(at(3), 20);
+  expect(asked.shown(at(1), 60_000)).toEqual(at(3));
 });
 
 test("a slider stays under the pointer during a drag", () => {
