@@ -1,5 +1,4 @@
-// In Debian's Firefox: files of the user, a view that is kept while a robot moves, recordings, a daemon that was restarted, and a joint that is
-// blocked.
+// The user's files in Debian's Firefox. Then a view that is kept while a robot moves, a recording, a blocked joint, and a restart of the daemon.
 
 import { mkdir, mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";

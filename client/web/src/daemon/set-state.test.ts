@@ -1,4 +1,4 @@
-// What the page shows of a world that it has just let play.
+// The shown state of a world that this page has just let play.
 import { expect, test } from "vitest";
 import { simulation } from "../state/world";
 import { showSetState, statisticsOfRequest } from "./set-state";

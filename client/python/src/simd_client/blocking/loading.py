@@ -71,7 +71,7 @@ class Loading(Connection):
         is returned, and `robots` of the simulation has the others.
 
         `position` (metres) and `orientation` (x y z w) are `world_from_root`. `beside` moves the robot
-        along y until it stands beside all others, and up until its shapes are above z = 0; visuals
+        along y until it stands beside all others, and up until its shapes are above z = 0. Visuals
         of a link count if it has no collision shapes. `fixed` fixes the root link to the world; by default it is fixed if it
         is called `world`. Joints hold their position unless `passive`, and start at `joint_positions`: by joint name, where
         they may have units, or as an array in joint order. A spherical joint has a quaternion x y z w. A
