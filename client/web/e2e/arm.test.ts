@@ -163,6 +163,7 @@ test("a reload keeps the unit, the plotted joints and the camera, also while the
   (await camera()).forEach((value, index) => expect(value).toBeCloseTo(kept[index] ?? Number.NaN, 4));
   expect(await tab.page.getByTestId("deg").getAttribute("aria-pressed")).toBe("true");
   expect(await tab.page.getByTestId("plot-joint").first().getAttribute("aria-pressed")).toBe("true");
+  await tab.picture("view-kept");
 });
 
 test("a plot on a narrow page can be zoomed", async () => {

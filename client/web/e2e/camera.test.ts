@@ -145,4 +145,5 @@ test("a copied link shows the same in another browser: camera, robot, layers and
   expect(await other.page.getByTestId("toggle-collision").getAttribute("aria-pressed")).toBe("true");
   await other.page.getByTestId("plot").first().waitFor();
   expect(new URL(other.page.url()).hash).toBe("");
+  await other.picture("link");
 });

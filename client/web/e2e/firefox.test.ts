@@ -110,6 +110,7 @@ test("Firefox shows a newcomer joints of any script on a phone that lies, claims
     await firefox.click("claim-robot");
     await expect.poll(claimed).toMatch(/^viewer-/);
     await firefox.until(() => document.querySelector("[data-testid=claim-robot]")?.getAttribute("aria-pressed") === "true");
+    await firefox.picture("firefox-claimed");
     await firefox.click("claim-robot");
     await expect.poll(claimed).toBe("");
 
@@ -142,10 +143,13 @@ test("Firefox shows a newcomer joints of any script on a phone that lies, claims
     const camera = await firefox.evaluate(() => [...window.simd.camera.position(), ...window.simd.camera.target()]);
     camera.forEach((value, index) => expect(value).toBeCloseTo([3, 1, 2, 0, 0.5, 0.25][index] ?? NaN, 3));
 
+    await firefox.picture("firefox-link");
+
     // Framed by the site that the operator named: the page in the frame reports its camera.
     const pages = async (): Promise<number> => (await daemon.view.getCameras({})).cameras.length;
     await firefox.open(`http://127.0.0.1:${port}/`);
     await expect.poll(pages).toBe(1);
+    await firefox.picture("firefox-framed");
 
     // A lost daemon is reported where users see it.
     await firefox.open(daemon.url);

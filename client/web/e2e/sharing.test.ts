@@ -10,7 +10,7 @@ import { resolve } from "node:path";
 import { expect, test } from "vitest";
 
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
-import { inSight, Tab } from "./browser";
+import { inSight, PICTURES, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { fixtures } from "./fixtures";
 
@@ -133,6 +133,8 @@ test("a site that the operator named has the page in a frame, and another has no
     const page = await (await use.context()).newPage();
     await page.goto(`http://127.0.0.1:${port}/notebook`);
     await page.frameLocator("iframe").getByTestId("slider").first().waitFor();
+    await page.frameLocator("iframe").getByTestId("viewport").waitFor();
+    await page.screenshot({ path: resolve(PICTURES, "framed.png") });
     // Under another name it is another site.
     await page.goto(`http://localhost:${port}/notebook`);
     await expect.poll(() => page.frames().at(-1)?.url()).toMatch(/^chrome-error:/);
