@@ -4,7 +4,7 @@ import { timestampMs } from "@bufbuild/protobuf/wkt";
 import type { Event } from "../gen/simd/v1/event_pb";
 import { constraints, sameConstraints } from "../state/constraints";
 import { addHappenings, happenings } from "../state/happenings";
-import { beingMade, recordings, recordingSince, recordingsOpen } from "../state/recordings";
+import { beingMade, recordingSince, recordingsOpen } from "../state/recordings";
 import { readings, sensors, sensorsShownOf } from "../state/sensors";
 import { toast } from "../state/toasts";
 import { refreshClientsBy } from "../state/tools";
@@ -13,7 +13,7 @@ import { constraintOf } from "./constraints";
 import { wordsOf } from "./event-words";
 import { clientOf, parameterOf, physicsOf, simulationOf, sourcesOf } from "./mapping";
 import { LagDetector } from "./lag-detector";
-import { recordingOf } from "./recordings";
+import { refreshRecordings } from "./recordings";
 import type { RobotRegistry } from "./robot-registry";
 import { readingsOf, sensorOf } from "./sensors";
 import type { Services } from "./services";
@@ -140,9 +140,8 @@ export class DaemonPoller {
     if (sensorsShownOf.value === robot) readings.value = readingsOf(response.sensors);
   }
 
-  private async fetchRecordings(): Promise<void> {
-    const { recordings: list } = await this.services.recordings.listRecordings({}, CALL);
-    recordings.value = list.map(recordingOf);
+  private fetchRecordings(): Promise<void> {
+    return refreshRecordings(this.services);
   }
 
   private async fetchEvents(): Promise<void> {

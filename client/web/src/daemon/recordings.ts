@@ -6,7 +6,7 @@ import { daemonSource, fileSource, type Source } from "../recording/source";
 import { beingMade, recordings, recordingsOpen, type RecordingInfo } from "../state/recordings";
 import { toast } from "../state/toasts";
 import { messageOf } from "./error-message";
-import { services } from "./services";
+import { services, type Services } from "./services";
 
 /** Maximum bytes that a browser holds while it saves them. */
 const MAX_SAVED = 1 << 30;
@@ -30,9 +30,17 @@ export function recordingOf({ name, state, bytes, files, modified }: Recording):
   };
 }
 
-/** Fetches the list again. */
-export async function refreshRecordings(): Promise<void> {
-  const { recordings: list } = await services().recordings.listRecordings({}, { timeoutMs: 5000 });
+/** Numbers of the last request for the list, and of the one whose answer is shown. */
+let asked = 0;
+let shown = 0;
+
+/** Fetches the list again. An answer to an earlier request than the shown one is older, and is not shown. */
+export async function refreshRecordings(from: Pick<Services, "recordings"> = services()): Promise<void> {
+  asked += 1;
+  const own = asked;
+  const { recordings: list } = await from.recordings.listRecordings({}, { timeoutMs: 5000 });
+  if (own < shown) return;
+  shown = own;
   recordings.value = list.map(recordingOf);
 }
 
