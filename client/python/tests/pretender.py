@@ -13,10 +13,15 @@ from simd_client import proto
 
 
 class Pretender:
-    """Answers every query with an empty message, or with a given one."""
+    """Answers every query with an empty message, or with a given one. Without `answers` it holds them, except
+    questions of the method `still_answers`. With the question `releases_at`, counted from 1, it answers what it
+    holds."""
 
     def __init__(self, *names: str) -> None:
         self.answers = True
+        self.still_answers = ""
+        self.releases_at = 0
+        self.asked = 0
         self.payload = proto.GetSimulationStateResponse().SerializeToString()
         self.error: tuple[bytes, str] | None = None
         self._held: list[zenoh.Query] = []
@@ -36,7 +41,13 @@ class Pretender:
         self._queryables = [self._session.declare_queryable(f"simd/{name}/rpc/**", handler) for name in names]
 
     def _answer(self, query: zenoh.Query) -> None:
-        if not self.answers:
+        if self.still_answers and str(query.key_expr).endswith(f"/{self.still_answers}"):
+            self.asked += 1
+            query.reply(query.key_expr, b"")  # pyright: ignore[reportUnknownMemberType]
+            while self.asked == self.releases_at and self._held:
+                held = self._held.pop()
+                held.reply(held.key_expr, b"")  # pyright: ignore[reportUnknownMemberType]
+        elif not self.answers:
             self._held.append(query)
         elif self.error is not None:
             query.reply_err(self.error[0], encoding=self.error[1])  # pyright: ignore[reportUnknownMemberType]

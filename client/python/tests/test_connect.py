@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import socket
 import subprocess
@@ -16,9 +17,11 @@ from daemon import ASSETS, Daemon, within
 from pretender import Pretender
 
 import simd_client
-from simd_client import DeadlineExceeded, EndpointError, SimdError, Unavailable, ways
+import simd_client.aio
+from simd_client import DeadlineExceeded, EndpointError, SimdError, Unavailable, proto, ways
 from simd_client.endpoint import Endpoint, read_endpoint
 from simd_client.link import program
+from simd_client.proto import methods
 
 
 def free_port() -> int:
@@ -157,6 +160,32 @@ def test_a_daemon_that_never_answers_is_a_deadline_and_not_a_hang() -> None:
             with pytest.raises(DeadlineExceeded, match="the daemon `slow` at .* did not answer within 0.2 s"):
                 sim.with_timeout(0.2).stamp
         assert issubclass(DeadlineExceeded, TimeoutError)
+
+
+def test_a_daemon_that_works_for_long_is_waited_for_while_it_answers_at_all() -> None:
+    request = proto.ValidateDescriptionRequest()
+    with Pretender("busy") as network, simd_client.connect(network.endpoint) as sim:
+        network.answers, network.still_answers, network.releases_at = False, "GetSimulatorInfo", 4
+        assert sim.with_timeout(0.2).call_until_silent(methods.ValidateDescription, request).report.findings == []
+        assert network.asked == 4
+        network.still_answers = ""
+        with pytest.raises(DeadlineExceeded, match="the daemon `busy` said nothing for 0.2 s"):
+            sim.with_timeout(0.2).call_until_silent(methods.ValidateDescription, request)
+
+
+def test_tasks_wait_for_a_daemon_that_works_for_long_too() -> None:
+    async def wait(endpoint: str) -> None:
+        async with simd_client.aio.connect(endpoint) as sim:
+            network.answers, network.still_answers, network.releases_at = False, "GetSimulatorInfo", 4
+            short = sim.with_timeout(0.2)
+            answer = await short.call_until_silent(methods.ValidateDescription, proto.ValidateDescriptionRequest())
+            assert list(answer.report.findings) == [] and network.asked == 4
+            network.still_answers = ""
+            with pytest.raises(DeadlineExceeded, match="said nothing for 0.2 s"):
+                await short.call_until_silent(methods.ValidateDescription, proto.ValidateDescriptionRequest())
+
+    with Pretender("busy") as network:
+        asyncio.run(wait(network.endpoint))
 
 
 def test_an_answer_that_is_no_message_is_said_to_be_none() -> None:

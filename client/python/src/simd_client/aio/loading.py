@@ -11,8 +11,8 @@ import numpy.typing as npt
 from simd_client import proto
 from simd_client.aio.connection import Connection
 from simd_client.aio.robot import Robot
-from simd_client.aio.runtime import replies
-from simd_client.aio.upload import READING_SECONDS, upload
+from simd_client.aio.runtime import LONGEST, replies
+from simd_client.aio.upload import upload
 from simd_client.description import LoadReport, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
@@ -81,8 +81,8 @@ class Loading(Connection):
         the `disable_collisions` of the file `srdf`. `collision` selects the use of collision meshes. `"mesh"`
         keeps the triangles of links that can never move, and gives other links their convex hulls; `"hull"`:
         hulls; `"parts"`: convex parts. `report` has the result for each. `progress` shows bars of the bytes
-        sent and read: `True` on a terminal or in a notebook, or a class such as `tqdm.auto.tqdm`. The daemon
-        may take two minutes longer than for other calls: on a busy machine descriptions wait for each other.
+        sent and read: `True` on a terminal or in a notebook, or a class such as `tqdm.auto.tqdm`. The
+        timeout counts the daemon's silence only: on a busy machine descriptions wait for each other.
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
@@ -160,20 +160,20 @@ class Loading(Connection):
         """Reads a robot on this disk as `load` does, without spawning it. Returns the report."""
         source = await upload(self, path, packages, xacro_arguments)
         request = proto.ValidateDescriptionRequest(source=source, scale=scale)
-        answer = await self.call(methods.ValidateDescription, request, wait=READING_SECONDS)
+        answer = await self.call_until_silent(methods.ValidateDescription, request)
         return report_from_proto(answer.report)
 
     async def _spawn(self, source: proto.DescriptionSource, options: SpawnOptions) -> Robot:
         request = options.to_proto(source)
-        return await self._spawned(await self.call(methods.SpawnEntity, request, wait=READING_SECONDS), options)
+        return await self._spawned(await self.call_until_silent(methods.SpawnEntity, request), options)
 
     async def _spawn_with_progress(
         self, source: proto.DescriptionSource, options: SpawnOptions, bars: Bars, name: str
     ) -> Robot:
         request = proto.SpawnEntityWithProgressRequest(spawn=options.to_proto(source))
         method = methods.SpawnEntityWithProgress
-        seconds = self._timeout + READING_SECONDS
-        async for payload in replies(self._link, method, request.SerializeToString(), seconds):
+        sent = request.SerializeToString()
+        async for payload in replies(self._link, method, sent, LONGEST, self._timeout, self.alive):
             answer = decoded(method.reply, payload)
             if answer.HasField("spawned"):
                 return await self._spawned(answer.spawned, options)

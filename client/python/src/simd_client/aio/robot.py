@@ -16,7 +16,7 @@ from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.robot_pose import RobotPose
 from simd_client.aio.sensors import Sensors
 from simd_client.aio.trajectory import Trajectory
-from simd_client.aio.upload import READING_SECONDS, upload
+from simd_client.aio.upload import upload
 from simd_client.aio.watch import EventWatch, Watch, next_events
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
@@ -374,7 +374,7 @@ class Robot(RobotPose):
 
     async def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
         request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)
-        answer = await self._connection.call(methods.ReloadEntity, request, wait=READING_SECONDS)
+        answer = await self._connection.call_until_silent(methods.ReloadEntity, request)
         await self.refresh()
         await self.info()
         self._report = report_from_proto(answer.report)

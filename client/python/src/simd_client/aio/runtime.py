@@ -9,8 +9,11 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from inspect import isawaitable
 from typing import TypeVar
 
-from simd_client.errors import DeadlineExceeded
+from simd_client.errors import DeadlineExceeded, Unavailable
 from simd_client.link import MAX_REPLIES, Answer, AnyMethod, Link
+
+LONGEST = 3_600.0
+"""Maximum time, in seconds, of a call that ends with the daemon's silence: the longest stream of a daemon."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -46,11 +49,30 @@ async def queries(
     return await asyncio.gather(*waiting, return_exceptions=True)
 
 
+async def query_until_silent(
+    link: Link, method: AnyMethod, payload: bytes, silent: float, alive: tuple[AnyMethod, bytes]
+) -> bytes:
+    """Like `query`, and waits for as long as the daemon answers `alive`, which it is asked each time that
+    `silent` seconds end without the reply."""
+    found = b""
+    async for found in replies(link, method, payload, LONGEST, silent, alive, is_stream=False):
+        break
+    return found
+
+
 async def replies(
-    link: Link, method: AnyMethod, payload: bytes, seconds: float, silent: float | None = None
+    link: Link,
+    method: AnyMethod,
+    payload: bytes,
+    seconds: float,
+    silent: float | None = None,
+    alive: tuple[AnyMethod, bytes] | None = None,
+    *,
+    is_stream: bool = True,
 ) -> AsyncIterator[bytes]:
     """Sends the request of a stream and waits for each of its replies. If more than 256 wait for the reader,
-    the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds."""
+    the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds, and `alive`, if
+    it is given, has no answer either."""
     loop = asyncio.get_running_loop()
     waiting: deque[Answer | None] = deque(maxlen=MAX_REPLIES)
     has_some = asyncio.Event()
@@ -62,11 +84,14 @@ async def replies(
     def arrived(reply: Answer) -> None:
         _soon(loop, lambda: keep(reply))
 
-    link.start(method, payload, seconds, arrived, lambda: _soon(loop, lambda: keep(None)), is_stream=True)
+    link.start(method, payload, seconds, arrived, lambda: _soon(loop, lambda: keep(None)), is_stream=is_stream)
     while True:
         try:
             await asyncio.wait_for(has_some.wait(), silent)
         except asyncio.TimeoutError:
+            is_alive = alive is not None and silent is not None and await _answers(link, alive, silent)
+            if is_alive or waiting:
+                continue
             raise DeadlineExceeded(f"the daemon `{link.name}` said nothing for {silent:g} s") from None
         reply = waiting.popleft()
         if not waiting:
@@ -74,6 +99,16 @@ async def replies(
         if reply is None:
             raise link.unavailable()
         yield link.opened(reply, seconds)
+
+
+async def _answers(link: Link, asked: tuple[AnyMethod, bytes], seconds: float) -> bool:
+    """Returns whether the daemon answers a question within `seconds` seconds."""
+    method, payload = asked
+    try:
+        await query(link, method, payload, seconds)
+    except (DeadlineExceeded, Unavailable):
+        return False
+    return True
 
 
 async def together(works: Sequence[Callable[[], Awaitable[None]]]) -> None:

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from simd_client import proto
 from simd_client.blocking.claim import Claim
-from simd_client.blocking.runtime import queries, query
+from simd_client.blocking.runtime import queries, query, query_until_silent
 from simd_client.attributes import FixedAttributes
 from simd_client.cache import Cache, HeldClaim
 from simd_client.endpoint import Endpoint
@@ -83,6 +83,25 @@ class Connection(FixedAttributes):
             error.sent = sent
             raise
         return decoded(method.reply, payload)
+
+    def call_until_silent(self, method: Method[Request, Reply], request: Request) -> Reply:
+        """Like `call`, for work of the daemon that may take long: waits for as long as the daemon answers at
+        all. Each time the timeout ends it is asked for its name. It bounds its work itself. Raises
+        `DeadlineExceeded` once it is silent."""
+        self._cache.carry_claim(request)
+        sent = self._link.request_ids.identified(method, request)
+        payload = request.SerializeToString() if sent is None else sent.payload
+        try:
+            reply = query_until_silent(self._link, method, payload, self._timeout, self.alive)
+        except (DeadlineExceeded, Unavailable) as error:
+            error.sent = sent
+            raise
+        return decoded(method.reply, reply)
+
+    @property
+    def alive(self) -> tuple[Method[Any, Any], bytes]:
+        """A question that the daemon answers at once: for its name."""
+        return methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest().SerializeToString()
 
     def call_all(self, *calls: tuple[Method[Any, Any], Any]) -> list[Any]:
         """Makes several calls in one round trip, each a method with its message as for `call`. All are sent

@@ -12,7 +12,7 @@ from simd_client import proto
 from simd_client.blocking.loading import Loading
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.runtime import in_thread
-from simd_client.blocking.upload import READING_SECONDS, send_bytes
+from simd_client.blocking.upload import send_bytes
 from simd_client.description import Severity, report_from_proto
 from simd_client.errors import InvalidDescription, refused_here
 from simd_client.geometry import vector, vector_to_proto
@@ -178,7 +178,7 @@ class Primitives(Loading):
         options = shape_options("mesh", name, position, orientation, fixed, friction, restitution)
         # An unreadable mesh would leave a robot without a shape and without a mass.
         request = proto.ValidateDescriptionRequest(source=source)
-        answer = self.call(methods.ValidateDescription, request, wait=READING_SECONDS)
+        answer = self.call_until_silent(methods.ValidateDescription, request)
         report = report_from_proto(answer.report)
         for finding in report.findings:
             if finding.file and finding.severity is not Severity.INFO:

@@ -17,7 +17,7 @@ from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.robot_pose import RobotPose
 from simd_client.blocking.sensors import Sensors
 from simd_client.blocking.trajectory import Trajectory
-from simd_client.blocking.upload import READING_SECONDS, upload
+from simd_client.blocking.upload import upload
 from simd_client.blocking.watch import EventWatch, Watch, next_events
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
@@ -369,7 +369,7 @@ class Robot(RobotPose):
 
     def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
         request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)
-        answer = self._connection.call(methods.ReloadEntity, request, wait=READING_SECONDS)
+        answer = self._connection.call_until_silent(methods.ReloadEntity, request)
         self.refresh()
         self.info()
         self._report = report_from_proto(answer.report)

@@ -9,10 +9,24 @@ from functools import partial
 from time import sleep
 from typing import TypeVar
 
-from simd_client.errors import DeadlineExceeded, SimdError
+from simd_client.errors import DeadlineExceeded, SimdError, Unavailable
 from simd_client.link import MAX_REPLIES, Answer, AnyMethod, Link
 
-__all__ = ["Background", "LatestSample", "in_thread", "queries", "query", "replies", "sleep", "together"]
+__all__ = [
+    "LONGEST",
+    "Background",
+    "LatestSample",
+    "in_thread",
+    "queries",
+    "query",
+    "query_until_silent",
+    "replies",
+    "sleep",
+    "together",
+]
+
+LONGEST = 3_600.0
+"""Maximum time, in seconds, of a call that ends with the daemon's silence: the longest stream of a daemon."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -50,11 +64,27 @@ def queries(
     return answers
 
 
+def query_until_silent(
+    link: Link, method: AnyMethod, payload: bytes, silent: float, alive: tuple[AnyMethod, bytes]
+) -> bytes:
+    """Like `query`, and waits for as long as the daemon answers `alive`, which it is asked each time that
+    `silent` seconds end without the reply."""
+    return next(replies(link, method, payload, LONGEST, silent, alive, is_stream=False))
+
+
 def replies(
-    link: Link, method: AnyMethod, payload: bytes, seconds: float, silent: float | None = None
+    link: Link,
+    method: AnyMethod,
+    payload: bytes,
+    seconds: float,
+    silent: float | None = None,
+    alive: tuple[AnyMethod, bytes] | None = None,
+    *,
+    is_stream: bool = True,
 ) -> Iterator[bytes]:
     """Sends the request of a stream and waits for each of its replies. If more than 256 wait for the reader,
-    the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds."""
+    the newest are kept. Raises `DeadlineExceeded` if no reply arrives for `silent` seconds, and `alive`, if
+    it is given, has no answer either."""
     waiting: deque[Answer | None] = deque(maxlen=MAX_REPLIES)
     has_some = threading.Condition()
 
@@ -63,15 +93,29 @@ def replies(
             waiting.append(reply)
             has_some.notify()
 
-    link.start(method, payload, seconds, keep, lambda: keep(None), is_stream=True)
+    link.start(method, payload, seconds, keep, lambda: keep(None), is_stream=is_stream)
     while True:
         with has_some:
-            if not has_some.wait_for(lambda: len(waiting) > 0, silent):
-                raise DeadlineExceeded(f"the daemon `{link.name}` said nothing for {silent:g} s")
-            reply = waiting.popleft()
+            has_some.wait_for(lambda: len(waiting) > 0, silent)
+        if not waiting:
+            is_alive = alive is not None and silent is not None and _answers(link, alive, silent)
+            if is_alive or waiting:
+                continue
+            raise DeadlineExceeded(f"the daemon `{link.name}` said nothing for {silent:g} s")
+        reply = waiting.popleft()
         if reply is None:
             raise link.unavailable()
         yield link.opened(reply, seconds)
+
+
+def _answers(link: Link, asked: tuple[AnyMethod, bytes], seconds: float) -> bool:
+    """Returns whether the daemon answers a question within `seconds` seconds."""
+    method, payload = asked
+    try:
+        query(link, method, payload, seconds)
+    except (DeadlineExceeded, Unavailable):
+        return False
+    return True
 
 
 def together(works: Sequence[Callable[[], None]]) -> None:

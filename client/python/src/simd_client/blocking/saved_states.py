@@ -16,10 +16,6 @@ from simd_client.proto import methods
 from simd_client.recording import RecordingInfo, recording_from_proto
 from simd_client.world import SavedState, Stamp, saved_state_from_proto, stamp_from_proto
 
-FILE_SECONDS = 120.0
-"""Time, in seconds, that an export or import may take beyond other calls: all robots of a world are read
-again."""
-
 
 class SavedStates(Rollouts):
     """The part of a connection that saves states, restores them, and records."""
@@ -40,7 +36,7 @@ class SavedStates(Rollouts):
         """Writes a saved state, with the descriptions and meshes of its robots, into a file on this disk; a file
         at the path is replaced. Raises `SavedStateNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
         request = proto.ExportSavedStateRequest(name=_name(saved_state))
-        answer = self.call(methods.ExportSavedState, request, wait=FILE_SECONDS)
+        answer = self.call_until_silent(methods.ExportSavedState, request)
         write_file(self, answer.sha256, Path(path))
         return Path(path)
 
@@ -52,7 +48,7 @@ class SavedStates(Rollouts):
         Raises `InvalidSavedState`, and `OwnedByAnother` as `save_state` does."""
         sha256 = send_saved_state(self, Path(path))
         request = proto.ImportSavedStateRequest(sha256=sha256, name=name, take_over=take_over)
-        answer = self.call(methods.ImportSavedState, request, wait=FILE_SECONDS)
+        answer = self.call_until_silent(methods.ImportSavedState, request)
         return saved_state_from_proto(answer.saved_state)
 
     def share_state(

@@ -23,9 +23,6 @@ from simd_client.progress import Bars
 from simd_client.proto import methods
 from simd_client.replacement import replace_file
 
-READING_SECONDS = 120.0
-"""Maximum time, in seconds, that the daemon takes to read a description, in addition to the timeout of other calls."""
-
 
 def upload(
     connection: Connection,
@@ -44,7 +41,7 @@ def upload_files(
 ) -> proto.DescriptionSource:
     """Like `send_urdf`, for a URDF that was read."""
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
-    prepared = connection.call(methods.PrepareDescription, request, wait=READING_SECONDS)
+    prepared = connection.call_until_silent(methods.PrepareDescription, request)
     sent: set[str] = set()
     # Included SDF and MJCF files name more files, and so do meshes: pictures, and materials. Each file is
     # looked up once, so that this ends.
@@ -54,7 +51,7 @@ def upload_files(
         if not any(uri in files.hashes for uri in new):
             break
         request = proto.PrepareDescriptionRequest(urdf=files.urdf, assets=files.hashes)
-        prepared = connection.call(methods.PrepareDescription, request, wait=READING_SECONDS)
+        prepared = connection.call_until_silent(methods.PrepareDescription, request)
         lacking = proto.AssetState.ASSET_STATE_LACKING
         named = {files.hashes[a.uri] for a in prepared.assets if a.state == lacking and a.uri in files.hashes}
         hashes = sorted(named - sent)
@@ -65,7 +62,7 @@ def upload_files(
             send_file(connection, files.paths[sha256], sha256, bars)
         sent.update(hashes)
         if files.name_more(hashes):
-            prepared = connection.call(methods.PrepareDescription, request, wait=READING_SECONDS)
+            prepared = connection.call_until_silent(methods.PrepareDescription, request)
     return proto.DescriptionSource(
         description=prepared.description, assets=files.hashes, missing=files.missing
     )
