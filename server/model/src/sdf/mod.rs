@@ -6,12 +6,14 @@
 //! * `link`, `joint` and `sensor`: parts of a model.
 //! * `urdf_model`: an included URDF.
 //! * `split`: splits a model into robots, each of which is a tree.
+//! * `places`: joints between models.
 
 mod files;
 mod frames;
 mod joint;
 mod link;
 mod model;
+mod places;
 mod sensor;
 mod split;
 mod urdf_model;
@@ -32,6 +34,7 @@ use crate::urdf::Refused;
 use files::FileIndices;
 use frames::Frames;
 use model::{Model, Placement};
+use places::Between;
 
 /// Maximum number of elements of all files; includes count each time.
 const BUDGET: usize = 300_000;
@@ -112,7 +115,9 @@ impl<'a> Reader<'a> {
         let mut drafts: Vec<Draft> = Vec::new();
         let mut names = Names::default();
         let (mut links, mut shapes) = (0, 0);
+        let mut between = std::mem::take(&mut top.between);
         for (model, pose) in top.placed()? {
+            let known = between.links_of(&model, pose);
             let mut of_model = split::robots(model, pose, &mut self.notes);
             let given: BTreeMap<String, String> = of_model
                 .iter_mut()
@@ -129,6 +134,7 @@ impl<'a> Reader<'a> {
                     }
                 }
             }
+            between.place(known, drafts.len(), &of_model);
             for draft in of_model {
                 links += draft.links.len();
                 shapes +=
@@ -148,6 +154,7 @@ impl<'a> Reader<'a> {
             let message = format!("this SDF has no model that simd could have in its world{missing}");
             return Err(Stop::at(root, message));
         }
+        between.connect(&mut top.frames, &mut drafts, &mut self.notes)?;
         Ok(drafts)
     }
 
@@ -168,26 +175,25 @@ impl<'a> Reader<'a> {
             self.spend(element)?;
             match element.tag() {
                 "model" => top.take(self.model(element, 0)?, element),
-                "include" => {
-                    if let Some(placed) = self.included(element)? {
-                        top.take(placed, element);
-                    }
-                }
+                "include" => match self.included(element)? {
+                    Some(placed) => top.take(placed, element),
+                    None => top.between.lose(model::include_name(element)),
+                },
                 "physics" => self.physics(element)?,
                 "gravity" => {
                     let message =
                         format!("gravity belongs to the world, and does not change: {:.60}", element.text());
                     self.notes.info(element, Ignored, message);
                 }
-                "joint" => {
-                    let message = "joints between models are not read: connect the robots with a constraint";
-                    self.notes.warn(element, Ignored, message);
-                }
+                "joint" => top.between.add(element),
                 "frame" => {
                     let (pose, relative_to) = frames::pose(element, &mut self.notes)?;
                     let relative_to = relative_to.or(element.word("attached_to"));
                     match element.word("name") {
-                        Some(name) => top.frames.add(name, pose, relative_to, element),
+                        Some(name) => {
+                            top.between.attach(name, element.word("attached_to"));
+                            top.frames.add(name, pose, relative_to, element);
+                        }
                         None => self.notes.warn(element, Ignored, "it has no name; left out"),
                     }
                 }
@@ -227,6 +233,7 @@ impl<'a> Reader<'a> {
 struct Top<'a> {
     models: Vec<(Model, Placement, Element<'a>)>,
     frames: Frames<'a>,
+    between: Between<'a>,
 }
 
 impl<'a> Top<'a> {
@@ -240,12 +247,12 @@ impl<'a> Top<'a> {
     }
 
     /// Models with `world_from_model`. The first of several models of one name has the name's frame.
-    fn placed(mut self) -> Result<Vec<(Model, DPose3)>, Stop> {
+    fn placed(&mut self) -> Result<Vec<(Model, DPose3)>, Stop> {
         for (name, at) in self.frames.names() {
             self.frames.resolve(&name, at)?;
         }
         let mut placed = Vec::new();
-        for (model, placement, at) in self.models {
+        for (model, placement, at) in std::mem::take(&mut self.models) {
             let parent = match &placement.relative_to {
                 Some(frame) => self.frames.resolve(frame, at)?,
                 None => DPose3::IDENTITY,

@@ -144,7 +144,7 @@ fn fixed_to(
 }
 
 /// Returns the name that an include gives its model, or the name of its folder or file.
-fn include_name(include: Element) -> String {
+pub(super) fn include_name(include: Element) -> String {
     let last = |uri: &str| {
         let last = uri.trim_end_matches('/').rsplit('/').next().unwrap_or_default();
         last.split('.').next().unwrap_or_default().to_owned()

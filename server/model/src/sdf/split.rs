@@ -9,6 +9,7 @@ use glamx::DPose3;
 
 use super::joint::{Joint, WORLD};
 use super::model::Model;
+use super::places::{Place, Places};
 use crate::report::Disposition::Ignored;
 use crate::translation::draft::{
     At, Draft, DraftConstraint, DraftConstraintKind, DraftEnd, DraftJoint, DraftLink, DraftSensor, Names,
@@ -103,32 +104,60 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
         }
         drafts.push(draft);
     }
-    let mut robot_of: BTreeMap<String, (usize, DPose3)> = BTreeMap::new();
+    let mut places = Places::new();
     for (robot, draft) in drafts.iter().enumerate() {
         let own = draft.links.iter().filter_map(|link| index.get(&link.name)).filter_map(|at| links.get(*at));
-        robot_of.extend(own.map(|(link, pose)| (link.name.clone(), (robot, *pose))));
+        let place = |link: &DraftLink, pose: &DPose3| Place { robot, link: link.name.clone(), pose: *pose };
+        places.extend(own.map(|(link, pose)| (link.name.clone(), place(link, pose))));
     }
     for joint in &closing {
-        close(joint, &mut drafts, &robot_of, world_from_model, notes);
+        constrain(joint, &mut drafts, (&places, world_from_model), Why::Loop, notes);
     }
     drafts
 }
 
+/// Reason why a joint is a constraint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Why {
+    /// It closes a loop of its model.
+    Loop,
+    /// It connects models of the world.
+    Models,
+}
+
+impl Why {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Loop => "closes a loop",
+            Self::Models => "connects models",
+        }
+    }
+
+    fn remedy(self) -> &'static str {
+        match self {
+            Self::Loop => "",
+            Self::Models => "; a model that includes both has all of the joint",
+        }
+    }
+}
+
 /// Replaces a joint outside of the trees by a constraint, which belongs to the robot of its child.
-fn close(
+/// `world_from_model` is the frame of the places.
+pub(super) fn constrain(
     joint: &Joint,
     drafts: &mut [Draft],
-    robot_of: &BTreeMap<String, (usize, DPose3)>,
-    world_from_model: DPose3,
+    (places, world_from_model): (&Places, DPose3),
+    why: Why,
     notes: &mut Notes,
 ) {
+    let (word, remedy) = (why.word(), why.remedy());
     let kind = match (&joint.axes[..], joint.is_ball) {
         (_, true) => DraftConstraintKind::PointToPoint,
         ([], false) => DraftConstraintKind::Weld,
         ([axis], false) if axis.kind == "prismatic" => DraftConstraintKind::Slide(axis.direction),
         ([axis], false) => DraftConstraintKind::Hinge(axis.direction),
         _ => {
-            let message = format!("the joint {:?} closes a loop, and has two axes: left out", joint.name);
+            let message = format!("the joint {:?} {word}, and has two axes: left out{remedy}", joint.name);
             return notes.warn_at_line(Ignored, joint.at, message);
         }
     };
@@ -142,23 +171,23 @@ fn close(
     };
     if joint.axes.iter().any(has_more) || joint.mimic.is_some() {
         let message = format!(
-            "the joint {:?} closes a loop: the constraint in its place has no limits, damping or friction",
+            "the joint {:?} {word}: the constraint in its place has no limits, damping or friction{remedy}",
             joint.name
         );
         notes.warn_at_line(Ignored, joint.at, message);
     }
-    let Some((own, model_from_child)) = robot_of.get(&joint.child).copied() else { return };
-    let child = DraftEnd {
-        robot: None,
-        name: Some(joint.child.clone()),
-        pose: model_from_child.inverse() * joint.model_from_joint,
+    let end_at = |place: &Place, robot: Option<String>| DraftEnd {
+        robot,
+        name: Some(place.link.clone()),
+        pose: place.pose.inverse() * joint.model_from_joint,
     };
+    let Some(of_child) = places.get(&joint.child) else { return };
+    let (own, child) = (of_child.robot, end_at(of_child, None));
     let parent = match joint.parent.as_ref() {
         Some(name) => {
-            let Some((other, model_from_parent)) = robot_of.get(name).copied() else { return };
-            let robot = drafts.get(other).filter(|_| other != own).map(|draft| draft.name.clone());
-            let pose = model_from_parent.inverse() * joint.model_from_joint;
-            DraftEnd { robot, name: Some(name.clone()), pose }
+            let Some(place) = places.get(name) else { return };
+            let other = drafts.get(place.robot).filter(|_| place.robot != own);
+            end_at(place, other.map(|draft| draft.name.clone()))
         }
         None => {
             let root = drafts.get(own).map_or(DPose3::IDENTITY, |draft| draft.pose);

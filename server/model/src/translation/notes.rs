@@ -42,6 +42,11 @@ impl Notes {
         self.push(Severity::Info, disposition, at, message.into());
     }
 
+    /// Adds a reason to refuse a file as a warning: only the element is left out.
+    pub(crate) fn warn_of(&mut self, at: Element, stop: &Stop) {
+        self.warn(at, Disposition::Ignored, format!("{}: left out", stop.finding.message));
+    }
+
     /// Adds a finding that the author may not have intended.
     pub(crate) fn warn(&mut self, at: Element, disposition: Disposition, message: impl Into<String>) {
         self.push(Severity::Warning, disposition, at, message.into());

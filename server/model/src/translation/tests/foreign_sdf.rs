@@ -1,6 +1,7 @@
 //! SDF in the wild: merges, missing parts, and forms that other readers accept.
 
 use super::*;
+use crate::setup::{ConstraintOn, LinkConstraintKind};
 
 const INERTIAL: &str =
     "<inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>";
@@ -137,4 +138,72 @@ fn a_joint_that_is_called_world_is_not_what_hangs_on_the_world() {
         "<link name='a'>{INERTIAL}</link><joint name='world' type='fixed'><parent>world</parent><child>a</child></joint>"
     ));
     assert!(translated(&text).models[0].fixed);
+}
+
+#[test]
+fn joints_between_models_of_a_world_are_constraints_between_their_robots() {
+    let model = |name: &str, x: f64| {
+        format!(
+            "<model name='{name}'><pose>{x} 0 0 0 0 0</pose><link name='base'>{INERTIAL}</link><link name='tip'><pose>0.5 0 0 0 0 0</pose>{INERTIAL}</link>\
+                 <joint name='own' type='fixed'><parent>base</parent><child>tip</child></joint></model>\n"
+        )
+    };
+    let world = |joint: &str| {
+        format!(
+            "<sdf version='1.10'><world name='w'>{}{}<frame name='there' attached_to='b::tip'><pose>0.1 0 0 0 0 0</pose></frame>\n\
+             {joint}</world></sdf>",
+            model("a", 0.0),
+            model("b", 1.0)
+        )
+    };
+    let joint = |kind: &str, parent: &str, child: &str, content: &str| {
+        world(&format!(
+            "<joint name='j' type='{kind}'><parent>{parent}</parent><child>{child}</child>{content}</joint>"
+        ))
+    };
+    let constraints = |text: &str, robot: &str| {
+        let translation = translated(text);
+        let urdf = &translation.model(robot).unwrap_or_else(|refused| panic!("{refused}")).urdf;
+        let (model, _) = read(urdf.as_bytes(), &Files::default(), &ReadOptions::default()).unwrap();
+        (model.setup.constraints, translation.report)
+    };
+    // The child's frame has the constraint: 1 m from a's base, and 0.5 m from its tip.
+    let (found, report) = constraints(&joint("fixed", "a::tip", "b", ""), "b");
+    assert_eq!(warnings(&report), []);
+    let [weld] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(weld.kind, LinkConstraintKind::Weld);
+    assert!(matches!(&weld.ends[0].on, ConstraintOn::Other { robot, name } if robot == "a" && name == "tip"));
+    assert!(near(weld.ends[0].pose.unwrap().translation, [0.5, 0.0, 0.0]));
+    // A frame of the world, and an axis.
+    let axis = "<axis><xyz>0 1 0</xyz></axis>";
+    let (found, report) = constraints(&joint("revolute", "there", "a::base", axis), "a");
+    assert_eq!(warnings(&report), []);
+    assert_eq!(found[0].kind, LinkConstraintKind::Hinge(glamx::DVec3::Y));
+    assert!(near(found[0].ends[0].pose.unwrap().translation, [-1.5, 0.0, 0.0]));
+    let (found, _) = constraints(&joint("ball", "world", "a", ""), "a");
+    assert_eq!(
+        (found[0].kind, &found[0].ends[0].on),
+        (LinkConstraintKind::PointToPoint, &ConstraintOn::World)
+    );
+    // What a constraint does not have is named, with a remedy, and nothing refuses the world.
+    let limited = "<axis><xyz>0 1 0</xyz><limit><lower>-1</lower><upper>1</upper></limit></axis>";
+    for (text, count, words) in [
+        (joint("revolute", "a", "b::base", limited), 1, "a model that includes both has all of the joint"),
+        (joint("universal", "a", "b", ""), 0, "has two axes: left out"),
+        (
+            joint("fixed", "a::hand", "b", ""),
+            0,
+            "its parent \"a::hand\" is not a model, link or frame of the world",
+        ),
+        (joint("fixed", "a", "world", ""), 0, "its child \"world\" is not"),
+        (joint("screw", "a", "b", ""), 0, "no joint of type \"screw\": left out"),
+        (joint("fixed", "b", "b::base", ""), 0, "are the same link"),
+    ] {
+        let (found, report) = constraints(&text, "b");
+        assert_eq!(found.len(), count, "{words}");
+        assert_eq!(find(&report, words).line, Some(4), "{words}");
+    }
+    let lost = "<include><uri>model://nothing</uri><name>c</name></include>";
+    let text = joint("fixed", "c::base", "b", "").replace("<frame", &format!("{lost}<frame"));
+    find(&constraints(&text, "b").1, "belongs to an include that is not there");
 }
