@@ -61,6 +61,7 @@ mod sleeping;
 mod slow_motion;
 mod spinning;
 mod surface_queries;
+mod tendons;
 mod terrain;
 mod terrain_bits;
 mod threads;

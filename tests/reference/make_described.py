@@ -6,6 +6,7 @@ times. The suite tests/physics holds simd to these figures. MuJoCo takes steps o
 motion of the described law, whatever the integrator.
 """
 
+import random
 from pathlib import Path
 
 import mujoco
@@ -96,6 +97,52 @@ def case(name: str, mjcf: str, targets: dict[str, tuple[str, float, float]], sta
     return {"name": name, "mjcf": mjcf, "targets": asked, "joints": names, "times": TIMES, "positions": positions}
 
 
+def pulled(seed: int) -> dict:
+    """Returns a case of a random chain whose joints are pulled by tendons, and move independently."""
+    of = random.Random(seed)
+    count = of.randint(2, 4)
+    opened = ""
+    for index in range(count):
+        axis = " ".join(f"{of.uniform(-1, 1):.3f}" for _ in range(3))
+        spring = f'stiffness="{of.uniform(0, 3):.3f}" damping="{of.uniform(0, 0.3):.3f}"'
+        moments = " ".join(f"{of.uniform(0.02, 0.03):.4f}" for _ in range(3))
+        opened += f"""<body name="b{index}" pos="{0.3 if index else 0} 0 0.1">
+<joint name="j{index}" axis="{axis}" armature="0.02" {spring}/>
+<inertial pos="{of.uniform(0.1, 0.3):.3f} 0.05 0" mass="{of.uniform(0.3, 1.5):.3f}" diaginertia="{moments}"/>"""
+    tendons, actuators, targets = "", "", {}
+    for index in range(of.randint(1, 3)):
+        joints = of.sample(range(count), of.randint(2, count))
+        terms = "".join(
+            f'<joint joint="j{joint}" coef="{of.choice([-1, 1]) * of.uniform(0.3, 1.5):.3f}"/>' for joint in joints
+        )
+        words = f'damping="{of.uniform(0, 0.5):.3f}"'
+        if of.random() < 0.5:
+            words += f' stiffness="{of.uniform(1, 20):.3f}" springlength="{of.uniform(-0.3, 0.3):.3f}"'
+        if of.random() < 0.3:
+            words += f' armature="{of.uniform(0, 0.05):.3f}"'
+        tendons += f'<fixed name="t{index}" {words}>{terms}</fixed>'
+        name, gear = f't{index}" tendon="t{index}', of.choice([1, 1, -2, 0.5])
+        match of.choice(["position", "position", "velocity", "motor", "weak"]):
+            case "position":
+                kp, kv = of.uniform(5, 60), of.uniform(0.5, 4)
+                actuators += f'<position name="{name}" gear="{gear}" kp="{kp:.3f}" kv="{kv:.3f}"/>'
+                goal = of.uniform(-0.4, 0.4)
+                targets[f"t{index}"] = ("position", goal, goal * gear)
+            case "weak":
+                actuators += f'<position name="{name}" kp="50" kv="4" forcerange="-0.5 0.5"/>'
+                targets[f"t{index}"] = ("position", 0.3, 0.3)
+            case "velocity":
+                actuators += f'<velocity name="{name}" kv="{of.uniform(0.5, 4):.3f}"/>'
+                targets[f"t{index}"] = ("velocity", 0.5, 0.5)
+            case _:
+                actuators += f'<motor name="{name}" gear="{gear}"/>'
+                effort = of.uniform(-0.5, 0.5)
+                targets[f"t{index}"] = ("effort", effort, effort / gear)
+    mjcf = f"""<mujoco model="pulled">{HEAD}<worldbody>{opened}{"</body>" * count}</worldbody>
+<tendon>{tendons}</tendon><actuator>{actuators}</actuator></mujoco>"""
+    return case(f"a chain pulled by tendons, seed {seed}", mjcf, targets)
+
+
 CASES = [
     case(
         "actuators of every kind",
@@ -112,6 +159,7 @@ CASES = [
     case("a gripper with one tendon", GRIPPER, {"l": ("position", 0.03, 7.5)}),
     case("a tendon with a spring, on joints of other springs", UNEVEN, {"l": ("effort", 1.5, -0.75)}, {"r": 0.01}),
     case("an actuator of a follower", FOLLOWER, {"l": ("position", 0.05, 0.1)}),
+    *(pulled(seed) for seed in range(24)),
 ]
 
 (HERE / "described.json").write_text(json_lines.text({"mujoco": mujoco.__version__, "cases": CASES}))

@@ -26,6 +26,20 @@ pub struct Setup {
     pub constraints: Vec<LinkConstraint>,
     /// In the order of the file; names are unique.
     pub sensors: Vec<Sensor>,
+    /// Joints whose positions are sums of others.
+    pub tendons: Vec<Tendon>,
+}
+
+/// A joint whose position is a sum of the positions of others. Its link has no mass and carries nothing: its
+/// drive, spring, damping, friction, armature and limits act on the others, multiplied by their factors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tendon {
+    /// Index of the joint, which has one axis.
+    pub joint: usize,
+    /// Indices of the others, each once and of one axis, and their factors, none 0.
+    pub terms: Vec<(usize, f64)>,
+    /// Added to the sum, rad or m.
+    pub offset: f64,
 }
 
 /// A constraint of two links, or of a link and the world, in addition to the tree of joints.
@@ -182,6 +196,11 @@ impl Setup {
             }
         };
         &mut self.joints[at]
+    }
+
+    /// Returns the tendon of a joint, if it has one.
+    pub fn tendon(&self, joint: usize) -> Option<&Tendon> {
+        self.tendons.iter().find(|tendon| tendon.joint == joint)
     }
 
     /// Returns the names of the other robots in constraints, each once.

@@ -74,6 +74,7 @@ fn movables(
             let leader = model.joints.get(mimic.joint).map(|joint| joint.name.as_str());
             Some(format!("follows joint {:?}", leader.unwrap_or_default()))
         }
+        Some(_) if model.setup.tendon(index).is_some() => Some("is a sum of other joints".to_owned()),
         _ => None,
     };
     let chosen: Vec<usize> = if names.is_empty() {

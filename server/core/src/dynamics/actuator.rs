@@ -205,7 +205,7 @@ impl<R: Real> OwnForces<R> {
 
     /// Contribution of the damper and the spring to D for backward Euler.
     #[inline(always)]
-    fn stiffness_of_step(&self, h: R) -> R {
+    pub(in crate::dynamics) fn stiffness_of_step(&self, h: R) -> R {
         h * self.damping + h * h * self.spring_stiffness
     }
 }
@@ -438,13 +438,13 @@ impl<R: Real, Saturated> Drive<R, Saturated> {
 
     /// The law's contribution to D, also if saturated.
     #[inline(always)]
-    fn resistance_of_law(&self, h: R, at: Implicitness<R>) -> R {
+    pub(in crate::dynamics) fn resistance_of_law(&self, h: R, at: Implicitness<R>) -> R {
         h * at.damper() * self.damping + h * h * at.spring_after() * self.stiffness
     }
 
     /// The law's contribution to D for backward Euler.
     #[inline(always)]
-    fn stiffness_of_step(&self, h: R) -> R {
+    pub(in crate::dynamics) fn stiffness_of_step(&self, h: R) -> R {
         h * self.damping + h * h * self.stiffness
     }
 

@@ -18,7 +18,7 @@ use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{InertiaPass, MidStep, accelerate, base_acceleration};
-use super::constraint::{Constraints, Impulses, collect, respond, solve};
+use super::constraint::{Constraints, Impulses, OfTendons, collect, collect_tendons, respond, solve};
 use super::gains::set_default_gains;
 use super::gravity_compensation::{SubtreeMass, compensate, is_compensated};
 use super::integrate::advance;
@@ -29,6 +29,7 @@ use super::spatial::{Placement, Spatial};
 use super::spherical;
 use super::spin::{Drift, FreeBody};
 use super::symmetric::Symmetric;
+use super::tendon;
 use super::tree::{Body, JointType, Tree};
 use super::velocity_terms::{VelocityTerms, is_fast};
 
@@ -184,9 +185,14 @@ impl Articulation {
     /// Collects the rows of joints for the new velocities.
     fn collect_rows(&mut self, h: f64) {
         let Self { tree, state, scratch } = self;
-        let StepScratch { new_velocities, constraints, .. } = scratch;
+        let StepScratch { new_velocities, constraints, integrator, .. } = scratch;
         let moved = (&*state.positions, &**new_velocities);
         collect(tree, &state.axes, moved, &state.impulses, h, constraints);
+        if !tree.tendons.is_empty() {
+            let BodyState { axes, drives, positions, half_velocities, impulses: warm, .. } = &*state;
+            let of = OfTendons { axes, drives, positions, half_velocities, new_velocities, warm };
+            collect_tendons(tree, of, (h, *integrator), constraints);
+        }
     }
 
     /// Makes the new velocities satisfy the rows of joints.
@@ -212,24 +218,38 @@ impl Articulation {
     fn solve_rows(&mut self) {
         let StepScratch { new_velocities, constraints, passes, .. } = &mut self.scratch;
         solve(&self.tree, &self.state.positions, constraints, passes, new_velocities);
+        self.tree.tendons_follow(new_velocities);
     }
 
     /// Integrates positions with the new velocities.
     pub fn finish(&mut self, gravity: DVec3, h: f64) {
+        self.tree.tendons_follow(&mut self.scratch.new_velocities);
         self.note_efforts(h);
         self.note_changes(gravity, h);
         advance(&self.tree, &mut self.state.positions, &self.scratch.new_velocities, h);
         self.take_new_velocities(gravity, h);
+        self.place_tendons();
     }
 
     /// Like [`finish`](Self::finish), with positions integrated by other velocities, which include position
     /// correction.
     pub fn finish_corrected(&mut self, split_velocities: &[f64], gravity: DVec3, h: f64) {
         self.scratch.is_touched = true;
+        self.tree.tendons_follow(&mut self.scratch.new_velocities);
         self.note_efforts(h);
         self.note_changes(gravity, h);
         advance(&self.tree, &mut self.state.positions, split_velocities, h);
         self.take_new_velocities(gravity, h);
+        self.place_tendons();
+    }
+
+    /// Sets positions and velocities of tendons to those of their joints.
+    fn place_tendons(&mut self) {
+        if !self.tree.tendons.is_empty() {
+            self.tree.apply_tendons(&mut self.state.positions);
+            self.tree.tendons_follow(&mut self.state.velocities);
+            self.tree.tendons_follow(&mut self.state.half_velocities);
+        }
     }
 
     /// Advances setpoints, and determines each actuator's law for the step.
@@ -309,6 +329,14 @@ impl Articulation {
             scratch: &mut *passes,
         };
         pass.run();
+        if !tree.tendons.is_empty() {
+            tendon::release(
+                tree,
+                (&self.state.axes, &self.state.drives),
+                (h, *integrator),
+                &mut passes.bodies,
+            );
+        }
         if *integrator == Integrator::Leapfrog && free_body.is_some() {
             self.drift(gravity, h, 1.0);
             return;

@@ -136,6 +136,8 @@ pub struct Direct {
     /// Residuals of each contact's equations.
     residuals: Vec<[f64; 3]>,
     joints: Vec<Joint>,
+    /// Velocities of the island and factors, of the joints of rows on sums.
+    terms: Vec<(usize, f64)>,
     /// Velocities and impulses to restore if the solver fails.
     kept_velocities: Vec<f64>,
     kept_impulses: Vec<[f64; 3]>,
@@ -154,6 +156,10 @@ struct Joint {
     row: usize,
     /// Velocities of the island and factors, as in [`Row`].
     entries: [(usize, f64); 2],
+    /// First and last of its `terms`, if it is on a sum of joints.
+    terms: [usize; 2],
+    /// R if the row is soft, else 0.
+    compliance: f64,
     bias: f64,
     least: f64,
     most: f64,
@@ -161,6 +167,8 @@ struct Joint {
     /// 1 / R.
     hardness: f64,
     residual: f64,
+    /// Change of J qd + bias that removes a residual of one.
+    scale: f64,
     is_active: bool,
     /// J qd + bias, and its change by the solution.
     speed: f64,
@@ -209,7 +217,7 @@ impl Direct {
         self.matrix.begin(members.iter().map(|member| member.len));
         for (node, member) in members.iter().enumerate() {
             let robot = robots[node].as_mut();
-            let couples = |row: &Row| row.entries[1].1 != 0.0;
+            let couples = |row: &Row| row.entries[1].1 != 0.0 || row.sum.is_some();
             if member.len > 6 && !robot.constraints_mut().rows.iter().any(couples) {
                 self.matrix.set_tree(node, robot.tree().velocity_parents());
             }
@@ -286,20 +294,31 @@ impl Direct {
     fn keep<R: AsMut<Articulation>>(&mut self, system: &mut System<'_, R>) {
         self.keep_impulses(system);
         self.joints.clear();
+        self.terms.clear();
         for (index, member) in system.members.iter().enumerate() {
-            let robot = system.robots[index].as_mut();
-            for (row_index, row) in robot.constraints_mut().rows.iter().enumerate() {
-                let Row { entries, bias, least, most, impulse, effect, .. } = *row;
+            let Constraints { rows, sums, .. } = system.robots[index].as_mut().constraints_mut();
+            for (row_index, row) in rows.iter().enumerate() {
+                let Row { entries, bias, least, most, impulse, effect, sum, .. } = *row;
                 if effect > 0.0 {
+                    let first = self.terms.len();
+                    let compliance = sum.map_or(0.0, |sum| sums.compliance(sum));
+                    if let Some(sum) = sum {
+                        let terms = sums.terms(sum).iter();
+                        self.terms.extend(terms.map(|term| (member.first + term.velocity, term.factor)));
+                    }
+                    let softness = if compliance > 0.0 { compliance } else { SOFTNESS * effect };
                     self.joints.push(Joint {
                         member: index,
                         row: row_index,
                         entries: entries.map(|(velocity, factor)| (member.first + velocity, factor)),
+                        terms: [first, self.terms.len()],
+                        compliance,
                         bias,
                         least,
                         most,
                         impulse,
-                        hardness: 1.0 / (SOFTNESS * effect),
+                        hardness: 1.0 / softness,
+                        scale: if compliance > 0.0 { effect / (effect + compliance) } else { 1.0 },
                         residual: 0.0,
                         is_active: true,
                         speed: 0.0,
@@ -340,9 +359,23 @@ impl Direct {
 
 impl Joint {
     /// Returns J qd + bias.
-    fn velocity(&self, velocities: &[f64]) -> f64 {
+    fn velocity(&self, terms: &[(usize, f64)], velocities: &[f64]) -> f64 {
+        if let Some(terms) = self.sum(terms) {
+            return terms.iter().map(|&(at, factor)| factor * velocities[at]).sum::<f64>() + self.bias;
+        }
         let [a, b] = self.entries;
         a.1 * velocities[a.0] + b.1 * velocities[b.0] + self.bias
+    }
+
+    /// Returns its joints, if it is on a sum.
+    fn sum<'t>(&self, terms: &'t [(usize, f64)]) -> Option<&'t [(usize, f64)]> {
+        let [first, last] = self.terms;
+        (first < last).then(|| &terms[first..last])
+    }
+
+    /// Returns its velocities and factors.
+    fn joints<'t>(&'t self, terms: &'t [(usize, f64)]) -> &'t [(usize, f64)] {
+        self.sum(terms).unwrap_or(&self.entries)
     }
 
     /// Returns the impulse of the soft row at this J qd + bias.

@@ -35,11 +35,22 @@ pub fn composite_inertia(tree: &Tree, q: &[f64]) -> Vec<f64> {
     diagonal
 }
 
-/// Sets default gains for positions `q`: kp = w^2 M_ii, kd = 2 w M_ii.
+/// Sets default gains for positions `q`: kp = w^2 M_ii, kd = 2 w M_ii. A tendon moves its joints at once:
+/// 1 / M_ii is the sum of theirs, with the squares of their factors.
 pub fn set_default_gains(tree: &Tree, q: &[f64], axes: &mut [Axis]) {
     for (axis, inertia) in axes.iter_mut().zip(composite_inertia(tree, q)) {
         let settings = &mut axis.settings;
         settings.composite_inertia = (inertia + settings.armature).max(LEAST);
+        settings.default_stiffness = DEFAULT_BANDWIDTH * DEFAULT_BANDWIDTH * settings.composite_inertia;
+        settings.default_damping = 2.0 * DEFAULT_BANDWIDTH * settings.composite_inertia;
+    }
+    for tendon in &tree.tendons {
+        let mobility = |&(body, factor): &(usize, f64)| {
+            factor * factor / axes[tree.bodies[body].velocity].settings.composite_inertia
+        };
+        let inertia = 1.0 / tendon.terms.iter().map(mobility).sum::<f64>();
+        let settings = &mut axes[tree.bodies[tendon.body].velocity].settings;
+        settings.composite_inertia = (inertia.min(f64::MAX) + settings.armature).max(LEAST);
         settings.default_stiffness = DEFAULT_BANDWIDTH * DEFAULT_BANDWIDTH * settings.composite_inertia;
         settings.default_damping = 2.0 * DEFAULT_BANDWIDTH * settings.composite_inertia;
     }

@@ -135,7 +135,7 @@ pub fn free_pose(q: &[f64]) -> (DVec3, DQuat) {
 }
 
 impl Tree {
-    /// Sets the positions of mimic joints. Chains are at most as long as the number of pairs.
+    /// Sets the positions of mimic joints and of tendons. Chains are at most as long as the number of pairs.
     pub fn apply_mimics(&self, q: &mut [f64]) {
         for _ in 0..self.mimics.len() {
             for pair in &self.mimics {
@@ -143,6 +143,7 @@ impl Tree {
                 q[self.bodies[pair.follower].position] = pair.multiplier * leader + pair.offset;
             }
         }
+        self.apply_tendons(q);
     }
 
     /// Returns `world_from_link` of each link of the model.

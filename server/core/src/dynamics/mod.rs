@@ -13,6 +13,7 @@
 //!   as a step needs it.
 //! * [`link_motion`]: accelerations of links; [`link_damping`]: forces against their motion; [`reactions`]: loads of
 //!   joints.
+//! * [`tendon`]: joints whose positions are sums of others.
 //! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: the contacts that collision
 //!   finds for it.
 //! * [`articulation`]: the state of one robot, and its step.
@@ -59,6 +60,7 @@ pub mod spatials;
 pub mod spherical;
 pub mod spin;
 pub mod symmetric;
+pub mod tendon;
 pub mod tree;
 pub mod trigonometry;
 pub mod velocity_terms;

@@ -27,6 +27,8 @@ pub struct Tree {
     pub joints: Vec<Range<usize>>,
     /// Joints that follow others.
     pub mimics: Vec<MimicPair>,
+    /// Joints whose positions are sums of others.
+    pub tendons: Vec<Tendon>,
     /// Length of the position vector.
     pub position_count: usize,
     /// Length of the velocity vector.
@@ -65,6 +67,8 @@ pub struct Body {
     pub velocity: usize,
     /// Joint of the model; `None` for a free root.
     pub joint: Option<usize>,
+    /// Whether it is the body of a [`Tendon`].
+    pub is_tendon: bool,
 }
 
 /// Motion of a body in its parent's frame.
@@ -110,6 +114,18 @@ pub struct MimicPair {
     pub offset: f64,
 }
 
+/// A joint whose position is `sum of factor * position + offset` of others. No body moves with it: its drive,
+/// spring, damping, friction and limits act on the others.
+#[derive(Clone, Debug)]
+pub struct Tendon {
+    /// Body of the joint, which has no mass.
+    pub body: usize,
+    /// Bodies of the other joints, each of one axis, and their factors.
+    pub terms: Vec<(usize, f64)>,
+    /// Offset, in the unit of the joint.
+    pub offset: f64,
+}
+
 impl JointType {
     /// Returns its number of positions.
     pub fn positions(self) -> usize {
@@ -144,6 +160,7 @@ impl Tree {
             links: Vec::with_capacity(model.links.len()),
             joints: Vec::with_capacity(model.joints.len()),
             mimics: Vec::new(),
+            tendons: Vec::new(),
             position_count: 0,
             velocity_count: 0,
             fixed_base,
@@ -167,6 +184,10 @@ impl Tree {
             }
         }
         tree.mimics = mimics(model, &tree.joints);
+        tree.tendons = tendons(model, &tree.joints);
+        for tendon in &tree.tendons {
+            tree.bodies[tendon.body].is_tendon = true;
+        }
         tree.single = match &tree.bodies[..] {
             [body] if !fixed_base => {
                 let Rigid { mass, first_moment, .. } = body.inertia;
@@ -283,6 +304,7 @@ impl Tree {
             position,
             velocity: self.velocity_count,
             joint,
+            is_tendon: false,
         });
         self.position_count += joint_type.positions();
         self.velocity_count += joint_type.velocities();
@@ -317,4 +339,18 @@ fn mimics(model: &RobotModel, joints: &[Range<usize>]) -> Vec<MimicPair> {
             })
         })
         .collect()
+}
+
+/// Returns the joints that are sums of others. All of them have one axis.
+fn tendons(model: &RobotModel, joints: &[Range<usize>]) -> Vec<Tendon> {
+    let single = |joint: usize| joints.get(joint).filter(|bodies| bodies.len() == 1).map(|b| b.start);
+    let of = |tendon: &simd_model::setup::Tendon| {
+        let terms = tendon.terms.iter().map(|(joint, factor)| Some((single(*joint)?, *factor)));
+        Some(Tendon {
+            body: single(tendon.joint)?,
+            terms: terms.collect::<Option<_>>()?,
+            offset: tendon.offset,
+        })
+    };
+    model.setup.tendons.iter().filter_map(of).collect()
 }

@@ -322,7 +322,7 @@ pub(super) fn apply_mimics(tree: &Tree, q: &mut [f64]) {
     tree.apply_mimics(q);
 }
 
-/// Sets the velocities of mimic joints.
+/// Sets the velocities of mimic joints and of tendons.
 pub(super) fn apply_mimic_velocities(tree: &Tree, qd: &mut [f64]) {
     for _ in 0..tree.mimics.len() {
         for pair in &tree.mimics {
@@ -330,4 +330,5 @@ pub(super) fn apply_mimic_velocities(tree: &Tree, qd: &mut [f64]) {
             qd[tree.bodies[pair.follower].velocity] = pair.multiplier * leader;
         }
     }
+    tree.tendons_follow(qd);
 }

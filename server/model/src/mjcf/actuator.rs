@@ -205,8 +205,7 @@ fn transmission(element: Element, joints: &Joints, notes: &mut Notes) -> Option<
         };
         let Some(length) = tendon.length.clone() else {
             let message = format!(
-                "the joints of tendon {} ({}) do not follow one joint: they are without this actuator, as \
-                 simd has none of a sum of joints",
+                "the joints of tendon {} ({}) are not of one robot: they are without this actuator",
                 quoted(name),
                 tendon::names(&tendon.terms)
             );

@@ -309,12 +309,12 @@ fn follows(joints: &Joints, joint: &str, other: &str) -> bool {
     true
 }
 
-fn body_of(bodies: &[Body], joint: &str) -> Option<usize> {
+pub(super) fn body_of(bodies: &[Body], joint: &str) -> Option<usize> {
     bodies.iter().position(|body| body.joints.iter().any(|own| own.name == joint))
 }
 
 /// Returns the child of the world that a body descends from.
-fn top_of(bodies: &[Body], body: usize) -> usize {
+pub(super) fn top_of(bodies: &[Body], body: usize) -> usize {
     let mut at = body;
     while let Some(up) = bodies.get(at).map(|body| body.parent).filter(|up| *up != 0) {
         at = up;

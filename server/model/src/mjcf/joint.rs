@@ -8,7 +8,7 @@ use super::body::Body;
 use super::compiler::Compiler;
 use super::coupling::Couplings;
 use super::defaults::Classed;
-use super::tendon::Tendons;
+use super::tendon::{Independent, Tendons};
 use super::value;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::robot::JointLimits;
@@ -58,6 +58,8 @@ pub(super) struct Joints {
     pub(super) efforts: BTreeMap<String, f64>,
     /// Joint that one follows, multiplier, offset.
     pub(super) mimics: BTreeMap<String, (String, f64, f64)>,
+    /// Tendons of joints that move independently.
+    pub(super) independent: Vec<Independent>,
 }
 
 /// A joint of a body, for settings outside of it.

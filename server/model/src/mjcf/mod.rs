@@ -159,11 +159,11 @@ impl<'a> Reader<'a> {
             let elements = files::expanded(section, self.sources, self.file_indices)?;
             equality::read(&elements, self, &mut joints, &mut held)?;
         }
-        tendon::apply(&tendons, self, &mut joints)?;
         let mut actuators = Vec::new();
         for section in of("actuator") {
             actuators.extend(files::expanded(section, self.sources, self.file_indices)?);
         }
+        tendon::apply(&tendons, &actuators, self, &mut joints)?;
         actuator::read(&actuators, self, &mut joints)?;
         gravity::settle(&mut self.bodies, &joints, &mut self.notes);
         let mut keys = Vec::new();

@@ -8,6 +8,7 @@ use glamx::{DPose3, DVec3};
 use super::body::Body;
 use super::equality::{End, Held, world_from_body};
 use super::joint::{BodyJoint, Joints, Kind};
+use super::tendon::Independent;
 use crate::report::Disposition::Ignored;
 use crate::robot::Inertial;
 use crate::translation::draft::{
@@ -211,6 +212,9 @@ fn robot(
         };
         hang(&mut draft, body, parent, joints, &mut taken, &mut names);
     }
+    for tendon in joints.independent.iter().filter(|tendon| tendon.top == top) {
+        hang_tendon(&mut draft, tendon, joints, &mut taken);
+    }
     let touching = draft.links.iter().filter(|link| !link.collisions.is_empty()).count();
     draft.self_collision = touching > 1;
     draft.stays_awake = members.iter().filter_map(|index| bodies.get(*index)).any(|body| body.stays_awake);
@@ -303,6 +307,25 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
     if is_chain {
         draft.excluded.push(([top_parent, body.name.clone()], body.at));
     }
+}
+
+/// Adds the joint of a tendon, at the root, with a link that has nothing.
+fn hang_tendon(draft: &mut Draft, tendon: &Independent, said: &Joints, taken: &mut Names) {
+    let Some(root) = draft.links.first().map(|link| link.name.clone()) else { return };
+    let Independent { joint, terms, offset, .. } = tendon;
+    let link = taken.unique(&joint.name);
+    draft.links.push(DraftLink::bare(link.clone(), joint.at));
+    let mut written = DraftJoint::fixed(joint.name.clone(), joint.at, [root, link], DPose3::IDENTITY);
+    written.kind = "prismatic";
+    (written.damping, written.friction, written.armature) = (joint.damping, joint.friction, joint.armature);
+    written.limits = joint.limits;
+    if let Some(effort) = said.efforts.get(&joint.name) {
+        written.limits.effort = Some(written.limits.effort.map_or(*effort, |most| most.min(*effort)));
+    }
+    written.spring = joint.spring;
+    written.tendon = Some((terms.clone(), *offset));
+    written.drive = Some(said.drives.get(&joint.name).cloned().unwrap_or_default());
+    draft.joints.push(written);
 }
 
 /// Gives pairs of bodies to their robots.

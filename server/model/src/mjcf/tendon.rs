@@ -2,17 +2,22 @@
 //!
 //! If all joints of a tendon follow one joint, this leader gets its spring, damping, friction, armature and limits.
 //! For a length of `factor * position + offset`, stiffness, damping and armature are multiplied by `factor^2`.
-//! Other tendons couple joints that move independently, and simd has no such springs: a warning names what is lost.
+//! Another tendon, of joints that move independently, becomes a joint of its own, whose position is the length.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use glamx::DVec3;
+
+use super::body::Body;
 use super::compiler::Compiler;
-use super::coupling::Linear;
+use super::coupling::{LeaderSum, Linear};
 use super::defaults::Classed;
+use super::equality::{body_of, top_of};
 use super::joint::{BodyJoint, Joints, Kind, is_limited};
 use super::{Reader, value};
 use crate::report::Disposition::{Ignored, Repaired, Used};
 use crate::report::short;
+use crate::robot::JointLimits;
 use crate::translation::element::Element;
 use crate::translation::notes::{Notes, Stop};
 use crate::urdf::findings::quoted;
@@ -37,6 +42,16 @@ pub(super) struct Tendon {
     relaxed: f64,
     /// The length by its only leader; set by [`apply`].
     pub(super) length: Option<Linear>,
+}
+
+/// A tendon of joints of one robot that move independently: a joint of it.
+#[derive(Clone, Debug)]
+pub(super) struct Independent {
+    pub(super) joint: BodyJoint,
+    /// Child of the world that has its joints.
+    pub(super) top: usize,
+    pub(super) terms: Vec<(String, f64)>,
+    pub(super) offset: f64,
 }
 
 impl Tendons {
@@ -87,11 +102,13 @@ pub(super) fn read(elements: &[Element], joints: &mut Joints, notes: &mut Notes)
 /// Gives the properties of fixed tendons to the joints that lead them, and reports what is lost of all others.
 pub(super) fn apply<'a>(
     elements: &[Element<'a>],
+    actuators: &[Element<'a>],
     reader: &mut Reader<'a>,
     joints: &mut Joints,
 ) -> Result<(), Stop> {
     let Reader { scope, bodies, notes, .. } = reader;
-    let Joints { tendons, couplings, efforts, .. } = joints;
+    let Joints { tendons, couplings, efforts, known, independent, .. } = joints;
+    let driven: BTreeSet<&str> = actuators.iter().filter_map(|actuator| actuator.word("tendon")).collect();
     for element in elements.iter().copied() {
         let tendon = scope.classes.of(element, None, ["tendon", "tendon"]);
         let properties = Properties::read(&tendon, &scope.compiler, notes)?;
@@ -106,20 +123,46 @@ pub(super) fn apply<'a>(
             }
             continue;
         }
-        let found = element.word("name").and_then(|name| tendons.0.get_mut(name));
-        let Some(found) = found else {
+        let name = element.word("name").unwrap_or_default();
+        let Some(found) = tendons.0.get_mut(name) else {
             if !properties.is_none() {
                 notes.warn(element, Ignored, "it has no name or no joint: left out");
             }
             continue;
         };
-        found.length = couplings.sum(&found.terms).of_one();
+        let sum = couplings.sum(&found.terms);
+        found.length = sum.of_one();
+        let is_needed = !properties.is_none() || driven.contains(name);
+        if let Some(top) = of_one_robot(bodies, &sum).filter(|_| found.length.is_none() && is_needed) {
+            let mut own = name.to_owned();
+            while known.contains_key(&own) || independent.iter().any(|tendon| tendon.joint.name == own) {
+                own += "_tendon";
+            }
+            let message = format!(
+                "the joint {} of the robot is its length, a sum of the joints {}",
+                quoted(&own),
+                names(&found.terms)
+            );
+            notes.info(element, Used, message);
+            let mut joint = joint_of(own.clone(), element);
+            let length = Linear { joint: own, factor: 1.0, offset: 0.0 };
+            joint.limits.effort = properties.effort;
+            properties.give(&length, found.relaxed, &mut joint, element, notes);
+            found.length = Some(length);
+            independent.push(Independent {
+                joint,
+                top,
+                terms: sum.factors.into_iter().collect(),
+                offset: sum.offset,
+            });
+            continue;
+        }
         if properties.is_none() {
             continue;
         }
         let Some(length) = &found.length else {
             let message = format!(
-                "its joints ({}) do not follow one joint: the robot is without its {}",
+                "its joints ({}) are not of one robot: it is without its {}",
                 names(&found.terms),
                 properties.words().join(", ")
             );
@@ -142,6 +185,32 @@ pub(super) fn apply<'a>(
         notes.info(element, Used, message);
     }
     Ok(())
+}
+
+/// Returns the child of the world that all joints of a sum of several belong to.
+fn of_one_robot(bodies: &[Body], sum: &LeaderSum) -> Option<usize> {
+    let mut tops = sum.factors.keys().map(|joint| body_of(bodies, joint).map(|body| top_of(bodies, body)));
+    let first = tops.next()??;
+    tops.all(|top| top == Some(first)).then_some(first)
+}
+
+/// Makes the joint of a tendon, without properties.
+fn joint_of(name: String, element: Element) -> BodyJoint {
+    BodyJoint {
+        name,
+        at: (element.file, element.line()),
+        kind: Kind::Slide,
+        anchor: DVec3::ZERO,
+        axis: DVec3::Z,
+        limits: JointLimits::default(),
+        damping: 0.0,
+        friction: 0.0,
+        armature: 0.0,
+        reference: 0.0,
+        spring: None,
+        rest: 0.0,
+        spring_damper: None,
+    }
 }
 
 /// Passive properties of a tendon.

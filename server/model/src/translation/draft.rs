@@ -127,6 +127,8 @@ pub(crate) struct DraftJoint {
     pub(crate) armature: f64,
     /// Joint that it follows, multiplier, offset.
     pub(crate) mimic: Option<(String, f64, f64)>,
+    /// Joints of which its position is the sum, and their factors; and an offset.
+    pub(crate) tendon: Option<(Vec<(String, f64)>, f64)>,
     /// Stiffness, and rest position.
     pub(crate) spring: Option<[f64; 2]>,
     pub(crate) drive: Option<DraftDrive>,
@@ -191,6 +193,7 @@ impl DraftJoint {
             friction: 0.0,
             armature: 0.0,
             mimic: None,
+            tendon: None,
             spring: None,
             drive: None,
             position: None,

@@ -198,6 +198,13 @@ fn write_joint(text: &mut Text, joint: &DraftJoint) {
         let mimic = format!("<mimic joint=\"{leader}\" multiplier=\"{multiplier}\" offset=\"{offset}\"/>");
         text.line(at, 2, &mimic);
     }
+    if let Some((terms, offset)) = &joint.tendon {
+        text.line(at, 2, &format!("<tendon offset=\"{offset}\">"));
+        for (joint, factor) in terms {
+            text.line(at, 3, &format!("<joint joint=\"{}\" coef=\"{factor}\"/>", escaped(joint)));
+        }
+        text.line(at, 2, "</tendon>");
+    }
     text.line(at, 1, "</joint>");
 }
 

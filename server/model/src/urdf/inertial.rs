@@ -41,7 +41,7 @@ pub(super) fn resolve<'a, 'i>(
         let (Some(link), Some(node)) = (links.get_mut(index), tree.link_nodes.get(index)) else { continue };
         groups.settle(index, silent, link, *node, findings);
     }
-    groups.warn_of_nothing(links, tree, findings);
+    groups.warn_of_nothing(links, (repaired, tree), findings);
 }
 
 /// Mass and inertia of a link in the file.
@@ -231,11 +231,22 @@ impl Groups {
     }
 
     /// Warns of leaf links that would move but have no mass.
-    fn warn_of_nothing(&self, links: &[Link], tree: &Tree, findings: &mut Findings) {
+    fn warn_of_nothing<'a, 'i>(
+        &self,
+        links: &[Link],
+        (repaired, tree): (&RepairedUrdf<'a, 'i>, &Tree<'a, 'i>),
+        findings: &mut Findings,
+    ) {
         let has_mass = with_mass(&self.first, links);
+        // The link of a tendon has none.
+        let is_tendon = |link: usize| {
+            let joint = link.checked_sub(1).and_then(|joint| tree.joint_nodes.get(joint));
+            joint.is_some_and(|joint| repaired.child(*joint, "tendon").is_some())
+        };
         for (index, node) in tree.link_nodes.iter().enumerate().skip(1) {
             let is = |flags: &[bool]| flags.get(index) == Some(&true);
-            if self.first.get(index) == Some(&index) && !is(&has_mass) && !is(&self.carries) {
+            let hangs = self.first.get(index) == Some(&index) && !is_tendon(index);
+            if hangs && !is(&has_mass) && !is(&self.carries) {
                 findings.warn(*node, Used, "it hangs on a moving joint, but nothing on it has mass");
             }
         }

@@ -37,6 +37,7 @@ mod setup;
 mod srdf;
 mod states;
 mod surface;
+mod tendon;
 #[cfg(test)]
 mod tests;
 pub(crate) mod text;
@@ -160,7 +161,8 @@ fn from_element(
     let mut links = link::read_all(&repaired, &tree, assets, &gazebo, (limits, deadline), findings)?;
     let mut joints = joint::read_all(&repaired, &tree, findings)?;
     inertial::resolve(&repaired, &tree, &joints, &mut links, findings);
-    let setup = setup::read(&repaired, &tree, &gazebo, &mut links, &mut joints, findings);
+    let tendons = tendon::read(&repaired, &tree, &joints, &links, findings);
+    let setup = setup::read(&repaired, &tree, &gazebo, (&mut links, &mut joints, tendons), findings);
     let mut model = RobotModel { name: repaired.robot.name.clone(), links, joints, setup };
     scale::apply(&mut model, options.scale);
     used::report(&model, &tree, findings);

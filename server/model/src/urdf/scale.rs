@@ -48,6 +48,13 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
     for (joint, position) in model.setup.states.iter_mut().flat_map(|state| &mut state.positions) {
         *position *= factor(*joint);
     }
+    for tendon in &mut model.setup.tendons {
+        let own = factor(tendon.joint);
+        tendon.offset *= own;
+        for (joint, by) in &mut tendon.terms {
+            *by *= own / factor(*joint);
+        }
+    }
     constraints(&mut model.setup, &slides, scale);
     // Ranges and noise belong to the device.
     model.setup.sensors.iter_mut().for_each(|sensor| pose(&mut sensor.pose, scale));

@@ -14,7 +14,7 @@ use super::transmission;
 use super::tree::Tree;
 use crate::report::Disposition::Ignored;
 use crate::robot::{Joint, JointKind, Link};
-use crate::setup::{DriveMode, LinkGroups, LinkPair, Setup, Spring};
+use crate::setup::{DriveMode, LinkGroups, LinkPair, Setup, Spring, Tendon};
 
 /// Reads the setup. Limits, damping and friction are set on the joints themselves, and colours on the
 /// visuals.
@@ -22,11 +22,14 @@ pub(super) fn read(
     repaired: &RepairedUrdf,
     tree: &Tree,
     gazebo: &Gazebo,
-    links: &mut [Link],
-    joints: &mut [Joint],
+    (links, joints, tendons): (&mut [Link], &mut [Joint], Vec<Tendon>),
     findings: &mut Findings,
 ) -> Setup {
-    let mut setup = Setup::default();
+    let mut setup = Setup { tendons, ..Setup::default() };
+    for joint in setup.tendons.iter().map(|tendon| tendon.joint).collect::<Vec<_>>() {
+        // It does not hold its position unless the description has a drive.
+        setup.joint(joint).mode = Some(DriveMode::Passive);
+    }
     for link in links.iter_mut() {
         let Some(color) = gazebo.colors.get(&link.name) else { continue };
         link.visuals.iter_mut().for_each(|visual| visual.color = visual.color.or(Some(*color)));

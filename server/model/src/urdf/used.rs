@@ -10,8 +10,8 @@ pub(super) fn report(model: &RobotModel, tree: &Tree, findings: &mut Findings) {
     for (link, node) in model.links.iter().zip(&tree.link_nodes) {
         findings.used(*node, || of_link(link));
     }
-    for (joint, node) in model.joints.iter().zip(&tree.joint_nodes) {
-        findings.used(*node, || of_joint(joint, model));
+    for (index, (joint, node)) in model.joints.iter().zip(&tree.joint_nodes).enumerate() {
+        findings.used(*node, || of_joint(index, joint, model));
     }
 }
 
@@ -35,7 +35,7 @@ fn touches(geometry: &Geometry) -> bool {
     !matches!(geometry, Geometry::Mesh { asset: None, .. })
 }
 
-fn of_joint(joint: &Joint, model: &RobotModel) -> String {
+fn of_joint(index: usize, joint: &Joint, model: &RobotModel) -> String {
     let name = |index: usize| model.links.get(index).map(|link| quoted(&link.name)).unwrap_or_default();
     let (kind, length, force) = match joint.kind {
         JointKind::Revolute => ("revolute", "rad", "N m"),
@@ -71,6 +71,14 @@ fn of_joint(joint: &Joint, model: &RobotModel) -> String {
     if let Some(mimic) = joint.mimic {
         let leader = model.joints.get(mimic.joint).map(|joint| quoted(&joint.name)).unwrap_or_default();
         said.push(format!("follows {leader} times {} plus {}", short(mimic.multiplier), short(mimic.offset)));
+    }
+    if let Some(tendon) = model.setup.tendon(index) {
+        let term = |(joint, factor): &(usize, f64)| {
+            let name = model.joints.get(*joint).map(|joint| quoted(&joint.name)).unwrap_or_default();
+            format!("{} {name}", short(*factor))
+        };
+        let terms: Vec<String> = tendon.terms.iter().map(term).collect();
+        said.push(format!("a tendon: {} + {}", terms.join(" + "), short(tendon.offset)));
     }
     said.join(", ")
 }

@@ -220,6 +220,16 @@ const JOINT: Element = element(
             ],
             &[],
         ),
+        // MuJoCo's fixed tendons.
+        element(
+            "tendon",
+            &[attribute("offset", OursNumbers(1), Leave)],
+            &[many(element(
+                "joint",
+                &[attribute("joint", Name, Drop), attribute("coef", OursNumbers(1), Drop)],
+                &[],
+            ))],
+        ),
     ],
 );
 

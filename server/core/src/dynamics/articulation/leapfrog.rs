@@ -141,6 +141,10 @@ impl Articulation {
                     scratch.is_kinked |= !is_given && way(row.impulse) != way(before.friction[dof]);
                 }
                 RowKey::Mimic(_) => {}
+                RowKey::Tendon(..) => {
+                    let way = |impulse: f64| if impulse.abs() < row.most { 0.0 } else { impulse.signum() };
+                    scratch.is_kinked |= !is_given && way(row.impulse) != way(before.get(row.key));
+                }
                 RowKey::Lower(dof) | RowKey::Upper(dof) => {
                     let (side, towards) = match row.key {
                         RowKey::Lower(_) => (&before.lower, -half_velocities[dof]),
@@ -288,10 +292,10 @@ impl Articulation {
         free_pose(&self.state.positions).1 * (angular.cross(angular.cross(center)) * (0.5 * h))
     }
 
-    /// Returns the common implicitness of all joints if joints follow others or links are constrained, so
-    /// that followers also follow in velocity.
+    /// Returns the common implicitness of all joints if joints follow others, tendons pull them or links are
+    /// constrained, so that followers also follow in velocity.
     fn implicitness_of_all(&self) -> Option<Implicitness> {
-        if self.tree.mimics.is_empty() && !self.scratch.is_linked {
+        if self.tree.mimics.is_empty() && self.tree.tendons.is_empty() && !self.scratch.is_linked {
             return None;
         }
         let most = |a: Implicitness, b: Implicitness| if b.damper() > a.damper() { b } else { a };

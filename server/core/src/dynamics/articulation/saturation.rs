@@ -54,7 +54,10 @@ impl Articulation {
         for (body, at) in tree.bodies.iter().zip(&scratch.passes.bodies) {
             let dof = body.velocity;
             let drive = &mut state.drives[dof];
-            if matches!(body.joint_type, JointType::Free { .. }) || drive.limit == f64::INFINITY {
+            let has_no_limit =
+                matches!(body.joint_type, JointType::Free { .. }) || drive.limit == f64::INFINITY;
+            // The row of a tendon keeps its limit.
+            if has_no_limit || body.is_tendon {
                 continue;
             }
             let velocities = [state.half_velocities[dof], scratch.new_velocities[dof]];
@@ -89,7 +92,10 @@ impl Articulation {
                     [self.state.half_velocities[dof], new_velocities[dof]],
                 );
                 let drive = &mut self.state.drives[dof];
-                if *is_weakened {
+                if body.is_tendon {
+                    let law = drive.law(q, velocities, h, at.of_law);
+                    drive.saturated = (law.abs() > drive.limit).then(|| drive.limit.copysign(law));
+                } else if *is_weakened {
                     drive.recover(drive.law(q, velocities, h, at.of_law), parts[dof]);
                 }
                 self.state.efforts[dof] = drive.effort(q, velocities, h, at.of_law);

@@ -14,7 +14,7 @@ impl Articulation {
     /// Returns whether the targets of its joints' rows and the effects of their impulses are finite and at
     /// most `most` in size. Requires [prepared](Self::prepare_rows) rows.
     pub(in crate::dynamics) fn rows_are_within(&self, most: f64) -> bool {
-        let Constraints { rows, responses } = &self.scratch.constraints;
+        let Constraints { rows, responses, .. } = &self.scratch.constraints;
         let count = rows.len() * self.state.velocities.len();
         let aims = rows.iter().flat_map(|row| [row.bias, row.effect]);
         aims.chain(responses.iter().take(count).copied()).all(|number| number.abs() <= most)

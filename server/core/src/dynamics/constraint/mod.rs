@@ -1,5 +1,5 @@
-//! Constraints as rows on the new velocities: position limits, dry friction, mimic, contact, and constraints
-//! between links.
+//! Constraints as rows on the new velocities: position limits, dry friction, mimic, tendons, contact, and
+//! constraints between links.
 //!
 //! A row requires that J qd is at least or equal to -bias, or is pulled towards it by a bounded impulse. Rows
 //! are solved together by projected Gauss-Seidel, warm-started with the impulses of the previous step, soft
@@ -15,6 +15,7 @@ mod response;
 mod rows;
 pub mod side;
 mod solve;
+pub(in crate::dynamics) mod sums;
 pub mod three_rows;
 pub mod turning;
 
@@ -23,6 +24,7 @@ pub use response::{PlacedBody, Turning, project, project_onto, respond, respond_
 pub use rows::{Impulses, collect};
 pub(in crate::dynamics) use rows::{LIMIT_MARGIN, limit_bias};
 pub use solve::{prepare, solve, sweep};
+pub use sums::{OfTendons, Sums, collect_tendons};
 
 /// Part of a position error that is corrected in a step.
 pub const ERROR_REDUCTION: f64 = 0.2;
@@ -60,11 +62,16 @@ pub struct Row {
     pub impulse: f64,
     /// J M^-1 J'.
     pub effect: f64,
+    /// Index in [`Sums`] of a row on a sum of joints; it has no entries.
+    pub sum: Option<u32>,
 }
 
 impl Row {
     /// Returns J qd.
-    pub fn velocity(&self, velocities: &[f64]) -> f64 {
+    pub fn velocity(&self, sums: &Sums, velocities: &[f64]) -> f64 {
+        if let Some(sum) = self.sum {
+            return sums.velocity(sum, velocities);
+        }
         let [a, b] = self.entries;
         a.1 * velocities[a.0] + b.1 * velocities[b.0]
     }
@@ -81,6 +88,8 @@ pub enum RowKey {
     Lower(usize),
     /// An upper limit.
     Upper(usize),
+    /// A force of a tendon, by its index in the tree's list: its own forces first, then those of its actuator.
+    Tendon(usize, bool),
 }
 
 impl Default for RowKey {
@@ -96,4 +105,6 @@ pub struct Constraints {
     pub rows: Vec<Row>,
     /// M^-1 J' of each row, concatenated, each as long as the velocities.
     pub responses: Vec<f64>,
+    /// J of the rows on sums of joints.
+    pub sums: Sums,
 }

@@ -7,7 +7,7 @@
 use glamx::DMat3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::Row;
+use super::{Row, Sums};
 use crate::dynamics::articulated::free_velocities;
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::ldlt::Ldlt6;
@@ -22,13 +22,23 @@ pub fn respond_to_unit_forces(tree: &Tree, q: &[f64], body: usize, scratch: &mut
 }
 
 /// Writes the result of [`respond`](super::respond) for up to [`MAX_RHS`] rows of joints.
-pub fn respond_to_joints(tree: &Tree, q: &[f64], rows: &[Row], scratch: &mut Scratch, out: &mut [f64]) {
+pub fn respond_to_joints(
+    tree: &Tree,
+    q: &[f64],
+    (rows, sums): (&[Row], &Sums),
+    scratch: &mut Scratch,
+    out: &mut [f64],
+) {
     begin(&mut scratch.rhs);
     let mut highest = 0;
     for (k, row) in rows.iter().take(MAX_RHS).enumerate() {
         for (body, (_, factor)) in row.bodies.into_iter().zip(row.entries) {
             push(&mut scratch.rhs, body).impulse[k] += factor;
             highest = highest.max(body);
+        }
+        for term in row.sum.map_or(&[][..], |sum| sums.terms(sum)) {
+            push(&mut scratch.rhs, term.body).impulse[k] += term.factor;
+            highest = highest.max(term.body);
         }
     }
     let Scratch { bodies, free, rhs } = scratch;

@@ -12,7 +12,7 @@ use crate::dynamics::tree::{JointType, Tree};
 pub struct Impulses {
     /// Impulses of dry friction, one for each degree of freedom, N m s or N s.
     pub friction: Vec<f64>,
-    /// Impulses of mimic joints, by pair.
+    /// Impulses of mimic joints, by pair, and then two of each tendon.
     pub mimic: Vec<f64>,
     /// Impulses of lower limits, one for each degree of freedom.
     pub lower: Vec<f64>,
@@ -24,12 +24,7 @@ impl Impulses {
     /// Creates zero impulses for a tree.
     pub fn new(tree: &Tree) -> Self {
         let zeros = vec![0.0; tree.velocity_count];
-        Self {
-            friction: zeros.clone(),
-            mimic: vec![0.0; tree.mimics.len()],
-            lower: zeros.clone(),
-            upper: zeros,
-        }
+        Self { friction: zeros.clone(), mimic: vec![0.0; coupled(tree)], lower: zeros.clone(), upper: zeros }
     }
 
     /// Returns all impulses.
@@ -40,7 +35,7 @@ impl Impulses {
 
     /// Returns for each list its name, its length, and its length for a tree.
     pub fn lengths(&self, tree: &Tree) -> [(&'static str, usize, usize); 4] {
-        let (n, pairs) = (tree.velocity_count, tree.mimics.len());
+        let (n, pairs) = (tree.velocity_count, coupled(tree));
         [
             ("impulses of friction", self.friction.len(), n),
             ("impulses of joints that follow others", self.mimic.len(), pairs),
@@ -50,12 +45,13 @@ impl Impulses {
     }
 
     /// Returns the impulse of a key; 0 if there is none.
-    fn get(&self, key: RowKey) -> f64 {
+    pub(in crate::dynamics) fn get(&self, key: RowKey) -> f64 {
         let impulse = match key {
             RowKey::Friction(i) => self.friction.get(i),
             RowKey::Mimic(i) => self.mimic.get(i),
             RowKey::Lower(i) => self.lower.get(i),
             RowKey::Upper(i) => self.upper.get(i),
+            RowKey::Tendon(i, is_driven) => self.mimic.get(of_tendon(self.mimic.len(), i, is_driven)),
         };
         impulse.copied().unwrap_or(0.0)
     }
@@ -66,6 +62,10 @@ impl Impulses {
             RowKey::Mimic(i) => self.mimic.get_mut(i),
             RowKey::Lower(i) => self.lower.get_mut(i),
             RowKey::Upper(i) => self.upper.get_mut(i),
+            RowKey::Tendon(i, is_driven) => {
+                let at = of_tendon(self.mimic.len(), i, is_driven);
+                self.mimic.get_mut(at)
+            }
         }
     }
 
@@ -82,7 +82,18 @@ impl Impulses {
     }
 }
 
-/// Collects the rows for a step of `h` from positions `q` at velocities `qd`.
+/// Returns the number of impulses of mimic joints and tendons.
+fn coupled(tree: &Tree) -> usize {
+    tree.mimics.len() + 2 * tree.tendons.len()
+}
+
+/// Returns the place of a tendon's impulse in a list of this length: from its end, so that those of mimic
+/// joints keep theirs.
+fn of_tendon(count: usize, tendon: usize, is_driven: bool) -> usize {
+    count.wrapping_sub(2 * tendon + 1 + usize::from(is_driven))
+}
+
+/// Collects the rows for a step of `h` from positions `q` at velocities `qd`, except those of tendons.
 ///
 /// * limit: qd + distance / h >= 0 inside, so that the joint arrives and does not pass; qd >= ERROR_REDUCTION
 ///   depth / h beyond. Only if the joint could arrive within the step, by twice its present velocity and by
@@ -101,14 +112,14 @@ pub fn collect(
     let mut add = |key, entries, bodies, bias, least: f64, most: f64| {
         let start = warm.get(key) * WARM_START;
         let impulse = start.clamp(least, most);
-        rows.push(Row { key, entries, bodies, bias, least, most, impulse, effect: 0.0 });
+        rows.push(Row { key, entries, bodies, bias, least, most, impulse, effect: 0.0, sum: None });
     };
     let axes_of = |body: usize| {
         let body = &tree.bodies[body];
         (body.velocity, q[body.position])
     };
     for (i, body) in tree.bodies.iter().enumerate() {
-        if matches!(body.joint_type, JointType::Free { .. }) {
+        if matches!(body.joint_type, JointType::Free { .. }) || body.is_tendon {
             continue;
         }
         let (velocity, _) = axes_of(i);
@@ -135,7 +146,7 @@ pub fn collect(
     // A joint at its limit has only the side that pushes back.
     let bias = |distance: f64| limit_bias(distance, h);
     for (i, body) in tree.bodies.iter().enumerate() {
-        if matches!(body.joint_type, JointType::Free { .. } | JointType::Spherical { .. }) {
+        if matches!(body.joint_type, JointType::Free { .. } | JointType::Spherical { .. }) || body.is_tendon {
             continue;
         }
         let (velocity, position) = axes_of(i);

@@ -1,6 +1,8 @@
 //! Projected Gauss-Seidel on the velocities of one robot: its rows of joints.
 
-use super::{Constraints, MAX_LIMIT_START, MAX_SWEEPS, RowKey, SETTLED, respond, respond_to_joints};
+use super::{
+    Constraints, MAX_LIMIT_START, MAX_SWEEPS, Row, RowKey, SETTLED, Sums, respond, respond_to_joints,
+};
 use crate::dynamics::scratch::{MAX_RHS, Scratch};
 use crate::dynamics::tree::Tree;
 
@@ -41,7 +43,7 @@ pub fn prepare(
 
 /// Computes the effect of each row's impulse on all `n` velocities.
 fn find_responses(tree: &Tree, q: &[f64], constraints: &mut Constraints, scratch: &mut Scratch, n: usize) {
-    let Constraints { rows, responses, .. } = constraints;
+    let Constraints { rows, responses, sums } = constraints;
     if responses.len() < rows.len() * n {
         responses.resize(rows.len() * n, 0.0);
     }
@@ -56,10 +58,15 @@ fn find_responses(tree: &Tree, q: &[f64], constraints: &mut Constraints, scratch
         }
     } else {
         for (rows, responses) in rows.chunks(MAX_RHS).zip(responses.chunks_mut(MAX_RHS * n)) {
-            respond_to_joints(tree, q, rows, scratch, &mut responses[..rows.len() * n]);
+            respond_to_joints(tree, q, (rows, sums), scratch, &mut responses[..rows.len() * n]);
         }
     }
     for (row, response) in rows.iter_mut().zip(responses.chunks_exact(n)) {
+        if let Some(sum) = row.sum {
+            row.effect = sums.velocity(sum, response);
+            row.bias = sums.soften(sum, row.effect, row.bias);
+            continue;
+        }
         let [a, b] = row.entries;
         row.effect = a.1 * response[a.0] + b.1 * response[b.0];
     }
@@ -68,8 +75,10 @@ fn find_responses(tree: &Tree, q: &[f64], constraints: &mut Constraints, scratch
 /// Clears initial impulses of limits that would change their own velocities far more than any row asks for.
 /// They come from another round, in which an actuator did not yet count as saturated. Sweeps would take too
 /// long to undo them, since both limits of a joint alternate.
-fn drop_useless_starts(Constraints { rows, .. }: &mut Constraints, velocities: &[f64]) {
-    let asked = rows.iter().map(|row| row.velocity(velocities).abs() + row.bias.abs());
+fn drop_useless_starts(Constraints { rows, sums, .. }: &mut Constraints, velocities: &[f64]) {
+    // A soft row asks for no velocity.
+    let asked = rows.iter().filter(|row| !matches!(row.key, RowKey::Tendon(..)));
+    let asked = asked.map(|row| row.velocity(sums, velocities).abs() + row.bias.abs());
     let most = MAX_LIMIT_START * asked.fold(0.0, f64::max);
     for row in rows.iter_mut().filter(|row| matches!(row.key, RowKey::Lower(_) | RowKey::Upper(_))) {
         if row.impulse * row.effect > most {
@@ -94,13 +103,17 @@ fn start(Constraints { rows, responses, .. }: &mut Constraints, velocities: &mut
 
 /// Sweeps once through all rows. Returns the largest change of a row's own velocity, rad/s or m/s.
 pub fn sweep(constraints: &mut Constraints, velocities: &mut [f64]) -> f64 {
-    let Constraints { rows, responses, .. } = constraints;
+    let Constraints { rows, responses, sums } = constraints;
     let mut largest = 0.0f64;
     if rows.is_empty() {
         return largest;
     }
     for (row, response) in rows.iter_mut().zip(responses.chunks_exact(velocities.len())) {
         if row.effect <= 0.0 {
+            continue;
+        }
+        if let Some(sum) = row.sum {
+            largest = largest.max(sweep_sum(row, (sum, sums), response, velocities));
             continue;
         }
         let [a, b] = row.entries;
@@ -114,6 +127,18 @@ pub fn sweep(constraints: &mut Constraints, velocities: &mut [f64]) -> f64 {
         }
     }
     largest
+}
+
+/// Solves a row on a sum of joints. Returns the change of its own velocity.
+#[cold]
+fn sweep_sum(row: &mut Row, (sum, sums): (u32, &Sums), response: &[f64], velocities: &mut [f64]) -> f64 {
+    let compliance = sums.compliance(sum);
+    let residual = sums.velocity(sum, velocities) + row.bias + compliance * row.impulse;
+    let impulse = (row.impulse - residual / (row.effect + compliance)).clamp(row.least, row.most);
+    let change = impulse - row.impulse;
+    row.impulse = impulse;
+    add_scaled(velocities, response, change);
+    (change * row.effect).abs()
 }
 
 /// Computes velocities += factor * response.

@@ -42,8 +42,9 @@ impl Direct {
         for joint in self.joints.iter().filter(|joint| joint.is_active) {
             let member = &system.members[joint.member];
             let block = self.matrix.diagonal_mut(joint.member);
-            for (i, a) in joint.entries.map(|(velocity, factor)| (velocity - member.first, factor)) {
-                for (j, b) in joint.entries.map(|(velocity, factor)| (velocity - member.first, factor)) {
+            let joints = joint.joints(&self.terms);
+            for (i, a) in joints.iter().map(|(velocity, factor)| (velocity - member.first, factor)) {
+                for (j, b) in joints.iter().map(|(velocity, factor)| (velocity - member.first, factor)) {
                     block[i * member.len + j] += joint.hardness * a * b;
                 }
             }
@@ -83,15 +84,16 @@ impl Direct {
             largest = residual.iter().fold(largest, |largest, value| largest.max(value.abs()));
         }
         for joint in self.joints.iter_mut().filter(|joint| joint.is_active) {
-            joint.residual = -joint.velocity(system.velocities);
-            largest = largest.max(joint.residual.abs());
+            joint.residual =
+                -joint.velocity(&self.terms, system.velocities) - joint.compliance * joint.impulse;
+            largest = largest.max(joint.residual.abs() * joint.scale);
         }
         largest
     }
 
     /// Computes the change of velocities that removes the residuals of the active soft rows.
     pub(super) fn solve_residuals<R>(&mut self, system: &System<'_, R>) {
-        let Self { change, residuals, hardness, joints, .. } = self;
+        let Self { change, residuals, hardness, joints, terms, .. } = self;
         change.clear();
         change.resize(system.velocities.len(), 0.0);
         for ((rows, residual), &[normal, tangent]) in system.rows.iter().zip(&*residuals).zip(&*hardness) {
@@ -106,7 +108,7 @@ impl Direct {
             link.rows.add_momentum(system.blocks, force, change);
         }
         for joint in joints.iter().filter(|joint| joint.is_active) {
-            for (velocity, factor) in joint.entries {
+            for &(velocity, factor) in joint.joints(terms) {
                 change[velocity] += factor * joint.residual * joint.hardness;
             }
         }
@@ -170,7 +172,8 @@ impl Direct {
                 link.rows.apply_impulse(system.blocks, added, system.velocities);
             }
             for joint in self.joints.iter_mut().filter(|joint| joint.is_active) {
-                let moved: f64 = joint.entries.iter().map(|&(at, factor)| factor * self.change[at]).sum();
+                let joints = joint.joints(&self.terms);
+                let moved: f64 = joints.iter().map(|&(at, factor)| factor * self.change[at]).sum();
                 let added = (joint.residual - moved) * joint.hardness;
                 joint.impulse += added;
                 let member = &system.members[joint.member];

@@ -52,11 +52,12 @@ impl Direct {
             link.rows.add_momentum(system.blocks, link.rows.impulse, &mut self.momentum);
         }
         for joint in &mut self.joints {
-            for (velocity, factor) in joint.entries {
+            for &(velocity, factor) in joint.joints(&self.terms) {
                 self.momentum[velocity] += factor * joint.impulse;
             }
+            let velocity = || joint.velocity(&self.terms, system.velocities);
             joint.is_active = joint.least < joint.impulse && joint.impulse < joint.most
-                || joint.impulse == 0.0 && joint.velocity(system.velocities) < 0.0 && joint.least == 0.0;
+                || joint.impulse == 0.0 && joint.least == 0.0 && velocity() < 0.0;
         }
     }
 
@@ -101,14 +102,14 @@ impl Direct {
             }
         }
         for joint in &mut self.joints {
-            joint.speed = joint.velocity(system.velocities);
+            joint.speed = joint.velocity(&self.terms, system.velocities);
             let mut impulse = joint.soft(joint.speed);
             if is_first {
                 impulse = if joint.is_active { -joint.speed * joint.hardness } else { joint.impulse };
             } else {
                 joint.is_active = joint.least < impulse && impulse < joint.most;
             }
-            for (velocity, factor) in joint.entries {
+            for &(velocity, factor) in joint.joints(&self.terms) {
                 self.force[velocity] += factor * impulse;
             }
         }
@@ -156,9 +157,9 @@ impl Direct {
             }
         }
         for joint in &mut self.joints {
-            joint.way = joint.entries.iter().map(|&(at, factor)| factor * self.change[at]).sum();
+            joint.way = joint.joints(&self.terms).iter().map(|&(at, factor)| factor * self.change[at]).sum();
             if joint.is_active {
-                for (velocity, factor) in joint.entries {
+                for &(velocity, factor) in joint.joints(&self.terms) {
                     self.force[velocity] -= factor * joint.hardness * joint.way;
                 }
             }
@@ -253,7 +254,7 @@ impl Direct {
             (link.rows.impulse, link.state) = (impulse, state);
         }
         for joint in &mut self.joints {
-            let impulse = joint.soft(joint.velocity(system.velocities));
+            let impulse = joint.soft(joint.velocity(&self.terms, system.velocities));
             let is_active = joint.least < impulse && impulse < joint.most;
             changed |= is_active != joint.is_active;
             (joint.impulse, joint.is_active) = (impulse, is_active);

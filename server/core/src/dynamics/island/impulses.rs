@@ -2,8 +2,8 @@
 
 use super::{Island, SolverChoice};
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::constraint::PlacedBody;
 use crate::dynamics::constraint::contact::Contact;
+use crate::dynamics::constraint::{Constraints, PlacedBody};
 use crate::dynamics::direct::{Outcome, System};
 use crate::dynamics::member::Member;
 
@@ -81,11 +81,15 @@ impl Island {
         }
         for (robot, member) in jointed(robots, members, placed) {
             let own = member.velocities();
-            for row in &robot.constraints_mut().rows {
-                let (before, after) =
-                    (row.velocity(&free[own.clone()]), row.velocity(&velocities[own.clone()]));
+            let Constraints { rows, sums, .. } = robot.constraints_mut();
+            for row in &*rows {
+                let before = row.velocity(sums, &free[own.clone()]);
+                let after = row.velocity(sums, &velocities[own.clone()]);
                 linear -= row.impulse * (before + row.bias);
                 square += row.impulse * (after - before);
+                if let Some(sum) = row.sum {
+                    square += row.impulse * row.impulse * sums.compliance(sum);
+                }
             }
         }
         if linear < 0.5 * square {

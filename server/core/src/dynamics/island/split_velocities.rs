@@ -18,7 +18,7 @@ use super::{ActiveConstraint, Island};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::constraint::link_rows::{LinkRows, LinkState, MAX_CORRECTION};
-use crate::dynamics::constraint::{ERROR_REDUCTION, Row, RowKey};
+use crate::dynamics::constraint::{Constraints, ERROR_REDUCTION, Row, RowKey};
 use crate::dynamics::direct::{Outcome, System};
 
 /// R as a part of the mean J M^-1 J'; each is used if the previous one made no progress.
@@ -259,13 +259,15 @@ impl Island {
         for (robot, member) in robots.iter_mut().zip(&*members) {
             let own = member.velocities();
             let (goes, is_split) = (&split.drift[own.clone()], &split.velocities[own]);
-            for (row, kept) in robot.as_mut().constraints_mut().rows.iter_mut().zip(&mut kept) {
+            let Constraints { rows, sums, .. } = robot.as_mut().constraints_mut();
+            for (row, kept) in rows.iter_mut().zip(&mut kept) {
                 row.impulse = 0.0;
                 match row.key {
-                    RowKey::Friction(_) => row.effect = 0.0,
+                    RowKey::Friction(_) | RowKey::Tendon(..) => row.effect = 0.0,
                     RowKey::Mimic(_) => row.bias = 0.0,
                     RowKey::Lower(_) | RowKey::Upper(_) => {
-                        row.bias = (kept.velocity(goes) + kept.bias).max(0.0) + kept.velocity(is_split);
+                        let bias = (kept.velocity(sums, goes) + kept.bias).max(0.0);
+                        row.bias = bias + kept.velocity(sums, is_split);
                     }
                 }
             }

@@ -109,6 +109,7 @@ pub fn fits_lanes(tree: &Tree) -> bool {
     };
     // A single free body drifts in a different way.
     tree.mimics.is_empty()
+        && tree.tendons.is_empty()
         && tree.bodies.len() > first
         && tree.bodies[..first].iter().all(|root| matches!(root.joint_type, JointType::Free { .. }))
         && tree.bodies[first..].iter().enumerate().all(is_simple)

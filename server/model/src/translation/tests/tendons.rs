@@ -1,7 +1,9 @@
-//! Fixed tendons of MJCF: their properties and actuators become those of the joint that leads theirs.
+//! Fixed tendons of MJCF: their properties and actuators become those of the joint that leads theirs, or of a joint
+//! that is their sum.
 
 use super::*;
-use crate::setup::{DriveMode, JointSetup};
+use crate::robot::JointKind;
+use crate::setup::{DriveMode, JointSetup, Spring, Tendon};
 
 /// Two fingers, of which the second follows the first by `follow`, beside a third joint.
 fn hand(sections: &str, follow: &str) -> String {
@@ -121,8 +123,53 @@ fn a_ratio_of_damping_counts_all_joints_of_a_tendon() {
 }
 
 #[test]
-fn a_tendon_of_joints_that_move_by_themselves_is_named_with_what_is_lost() {
-    let sections = "<tendon>\n<fixed name='t' stiffness='8' damping='1'><joint joint='a' coef='1'/><joint joint='b' coef='1'/></fixed>\n\
+fn a_tendon_of_joints_that_move_by_themselves_is_a_joint_whose_position_is_their_sum() {
+    let text = hand(
+        "<tendon><fixed name='t' stiffness='8' springlength='0.4' damping='4' frictionloss='2' armature='0.2' range='-0.35 0.7' limited='true'>\
+         <joint joint='a' coef='0.5'/><joint joint='b' coef='-1.5'/></fixed></tendon>\
+         <actuator><position tendon='t' kp='10' kv='2' gear='2' forcerange='-3 3'/></actuator>",
+        "",
+    );
+    let (model, report) = fingers(&text);
+    assert_eq!(warnings(&report), []);
+    let (t, of) = (joint(&model, "t"), setup(&model, "t"));
+    let index = |name: &str| model.joints.iter().position(|joint| joint.name == name).unwrap();
+    let terms = vec![(index("a"), 0.5), (index("b"), -1.5)];
+    assert_eq!(model.setup.tendons, [Tendon { joint: index("t"), terms, offset: 0.0 }]);
+    assert_eq!((t.kind, t.damping, t.friction), (JointKind::Prismatic, 4.0, 2.0));
+    assert_eq!((t.limits.lower, t.limits.upper, t.limits.effort), (Some(-0.35), Some(0.7), Some(6.0)));
+    assert_eq!(of.spring, Some(Spring { stiffness: 8.0, rest: 0.4 }));
+    assert_eq!((of.armature, of.stiffness, of.damping, of.mode), (0.2, Some(40.0), Some(8.0), None));
+    find(&report, "the joint \"t\" of the robot is its length, a sum of the joints \"a\", \"b\"");
+    assert_eq!(setup(&model, "a").mode, Some(DriveMode::Passive));
+}
+
+#[test]
+fn followers_in_a_sum_count_for_the_joints_that_they_follow() {
+    let text = hand(
+        "<tendon><fixed name='a'><joint joint='a' coef='1'/><joint joint='b' coef='3'/><joint joint='c' coef='2'/></fixed></tendon>\
+         <actuator><motor tendon='a'/></actuator>",
+        FOLLOW,
+    );
+    let text = text.replace(
+        "<body name='two'>",
+        "<body name='three'><joint name='c'/><geom size='0.1'/></body><body name='two'>",
+    );
+    let (model, report) = fingers(&text);
+    assert_eq!(warnings(&report), []);
+    // b = 0.1 - 2 a. A joint has the name of the tendon.
+    let tendon = &model.setup.tendons[0];
+    let terms: Vec<(&str, f64)> =
+        tendon.terms.iter().map(|(joint, by)| (model.joints[*joint].name.as_str(), *by)).collect();
+    assert_eq!(terms, [("a", -5.0), ("c", 2.0)]);
+    assert!((tendon.offset - 0.3).abs() < 1e-12);
+    assert_eq!(model.joints[tendon.joint].name, "a_tendon");
+    assert_eq!(setup(&model, "a_tendon").mode, Some(DriveMode::Effort));
+}
+
+#[test]
+fn tendons_that_are_not_read_are_named_with_what_is_lost() {
+    let sections = "<tendon>\n<fixed name='t' stiffness='8' damping='1'><joint joint='a' coef='1'/><joint joint='l' coef='1'/></fixed>\n\
                     <spatial name='s' frictionloss='1'/></tendon>\n<actuator>\n<position tendon='t' kp='1'/>\n<motor tendon='s'/></actuator>";
     let (model, report) = fingers(&hand(sections, ""));
     let said = warnings(&report);
@@ -132,9 +179,9 @@ fn a_tendon_of_joints_that_move_by_themselves_is_named_with_what_is_lost() {
             "{words}: {said:#?}"
         );
     };
-    has(3, "its joints (\"a\", \"b\") do not follow one joint: the robot is without its spring, damping");
+    has(3, "its joints (\"a\", \"l\") are not of one robot: it is without its spring, damping");
     has(4, "only tendons of joints are read by simd: the robot is without its friction");
-    has(6, "the joints of tendon \"t\" (\"a\", \"b\") do not follow one joint");
+    has(6, "the joints of tendon \"t\" (\"a\", \"l\") are not of one robot");
     has(7, "there is no fixed tendon \"s\"");
     assert_eq!(setup(&model, "a").mode, Some(DriveMode::Passive));
 }

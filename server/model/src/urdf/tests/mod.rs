@@ -12,6 +12,7 @@ mod robots;
 mod sensors;
 mod shapes;
 mod srdf;
+mod tendons;
 
 use std::collections::HashMap;
 
