@@ -120,7 +120,7 @@ const DYNAMICS: Layers = Layers {
         &["articulation", "inverse_kinematics"],
         &["implicit_inertia", "inverse_dynamics", "jacobian", "single_bodies"],
         &["configuration", "constraint", "reactions", "velocity_terms"],
-        &["articulated", "gains", "integrate", "link_damping", "link_motion", "mass_matrix"],
+        &["articulated", "gains", "integrate", "link_damping", "link_motion", "mass_matrix", "tendon"],
         &["arcs", "gravity_compensation", "kinematics"],
         &["scratch"],
         &["ldlt"],

@@ -2,7 +2,7 @@
 //!
 //! If all joints of a tendon follow one joint, this leader gets its spring, damping, friction, armature and limits.
 //! For a length of `factor * position + offset`, stiffness, damping and armature are multiplied by `factor^2`.
-//! Another tendon, of joints that move independently, becomes a joint of its own, whose position is the length.
+//! Another tendon, of joints that move independently, becomes a joint whose position is the length.
 
 use std::collections::{BTreeMap, BTreeSet};
 

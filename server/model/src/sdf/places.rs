@@ -33,7 +33,7 @@ pub(super) struct Place {
 #[derive(Default)]
 pub(super) struct Between<'a> {
     joints: Vec<Element<'a>>,
-    /// What the frames of the world are attached to.
+    /// Model or frame that each frame of the world is attached to.
     attached_to: BTreeMap<String, String>,
     /// Links of models and of what is attached to them, with the names of the models in front.
     attached: BTreeMap<String, String>,

@@ -7,7 +7,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 
 use super::*;
-use crate::dynamics::constraint::{MultiRhsSolve, Row, respond, respond_to_joints};
+use crate::dynamics::constraint::{MultiRhsSolve, Row, Sums, respond, respond_to_joints};
 use crate::dynamics::spatial::Spatial;
 
 /// Returns a chain of links with branches and a joint of each kind.
@@ -126,7 +126,7 @@ fn responses_to_rows_of_joints_are_those_to_each() {
         let row = Row { bodies: [pair[0], pair[1]], entries: joints.map(velocity), ..Row::default() };
         let (mut together, mut alone) = (vec![0.0; n], vec![0.0; n]);
         let (q, scratch) = (&robot.state.positions, &mut robot.scratch.passes);
-        respond_to_joints(&robot.tree, q, &[row], scratch, &mut together);
+        respond_to_joints(&robot.tree, q, (&[row], &Sums::default()), scratch, &mut together);
         respond(&robot.tree, q, &joints, scratch, &mut alone);
         let largest = alone.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
         assert!(largest > 0.0 && together.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-12 * largest));

@@ -129,7 +129,7 @@ pub fn sweep(constraints: &mut Constraints, velocities: &mut [f64]) -> f64 {
     largest
 }
 
-/// Solves a row on a sum of joints. Returns the change of its own velocity.
+/// Solves a row on a sum of joints. Returns the change of its velocity.
 #[cold]
 fn sweep_sum(row: &mut Row, (sum, sums): (u32, &Sums), response: &[f64], velocities: &mut [f64]) -> f64 {
     let compliance = sums.compliance(sum);

@@ -1,6 +1,6 @@
 //! Rows on sums of joints: tendons.
 //!
-//! A tendon is a joint without a body of its own. Its position is a sum of the positions of others, and each
+//! A tendon is a joint that moves no body itself. Its position is a sum of the positions of others, and each
 //! of its forces acts on these with their factors:
 //!
 //! * limits and dry friction, as those of a joint;

@@ -185,7 +185,7 @@ fn joints_between_models_of_a_world_are_constraints_between_their_robots() {
         (found[0].kind, &found[0].ends[0].on),
         (LinkConstraintKind::PointToPoint, &ConstraintOn::World)
     );
-    // What a constraint does not have is named, with a remedy, and nothing refuses the world.
+    // Parts that a constraint lacks are named, with a remedy, and nothing refuses the world.
     let limited = "<axis><xyz>0 1 0</xyz><limit><lower>-1</lower><upper>1</upper></limit></axis>";
     for (text, count, words) in [
         (joint("revolute", "a", "b::base", limited), 1, "a model that includes both has all of the joint"),
