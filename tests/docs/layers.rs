@@ -128,6 +128,7 @@ const DYNAMICS: Layers = Layers {
         &["lane", "spin", "tree"],
         &["actuator", "inertia"],
         &["block_cholesky", "integrator", "spatial", "symmetric", "trigonometry"],
+        &["bullet"],
         &["contact_point", "member", "real"],
     ],
 };

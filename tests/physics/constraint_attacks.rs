@@ -8,7 +8,7 @@ use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, Integrator, PhysicsSettings, PublishedState, Simulation};
+use simd_core::{BulletContacts, Command, Integrator, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
 use simd_tests::scenes;
@@ -125,7 +125,11 @@ fn command(rng: &mut Rng, seen: &PublishedState) -> Command {
         16 => Command::SetPhysics(PhysicsChange {
             time_step: Some([1e-4, 1e-3, 4e-3, 1.0 / 240.0][rng.usize(0..4)]),
             substeps: Some(rng.u32(1..4)),
-            integrator: Some([Integrator::Leapfrog, Integrator::Euler][usize::from(rng.bool())]),
+            integrator: rng.choice([
+                Integrator::Leapfrog,
+                Integrator::Euler,
+                Integrator::Bullet(BulletContacts::default()),
+            ]),
             ..Default::default()
         }),
         17 => Command::SaveState { name: "kept".into() },

@@ -27,7 +27,7 @@ fn world_of(urdf: &str, integrator: Integrator, self_collision: bool) -> Simulat
     let (model, _) = robots::read(urdf);
     let mut world = match integrator {
         Integrator::Leapfrog => leapfrog(1e-3),
-        Integrator::Euler => euler(1e-3),
+        Integrator::Euler | Integrator::Bullet(_) => euler(1e-3),
     };
     let spawn = Spawn {
         shapes: Arc::new(Shapes::new(&model)),

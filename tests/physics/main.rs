@@ -3,6 +3,7 @@
 #![cfg(test)]
 
 mod ball_joints;
+mod bullets_laws;
 mod chains;
 mod closed_forms;
 mod collision_filters;

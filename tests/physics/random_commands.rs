@@ -3,7 +3,7 @@
 use fastrand::Rng;
 use glamx::DVec3;
 use simd_core::simulation::command::*;
-use simd_core::{Command, Integrator, Simulation, SurfaceCombination};
+use simd_core::{BulletContacts, Command, Integrator, Simulation, SurfaceCombination};
 use simd_model::robot::{JointLimits, Material};
 use simd_tests::scenes::*;
 
@@ -108,7 +108,14 @@ pub(crate) fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
             gravity: Some(DVec3::new(-0.0, 0.3 * number, -9.81)),
             time_step: rng.bool().then_some(5e-4 + 1e-3 * number.abs()),
             substeps: Some(rng.u32(1..3)),
-            integrator: rng.choice([None, Some(Integrator::Leapfrog), Some(Integrator::Euler)]).flatten(),
+            integrator: rng
+                .choice([
+                    None,
+                    Some(Integrator::Leapfrog),
+                    Some(Integrator::Euler),
+                    Some(Integrator::Bullet(BulletContacts::default())),
+                ])
+                .flatten(),
             surface_combination: rng
                 .choice([None, Some(SurfaceCombination::Multiply), Some(SurfaceCombination::Max)])
                 .flatten(),

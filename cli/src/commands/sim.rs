@@ -89,6 +89,8 @@ enum Integrator {
     Leapfrog,
     /// Semi-implicit Euler, as in MuJoCo
     Euler,
+    /// Bullet's step and laws of contacts
+    Bullet,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -173,6 +175,7 @@ async fn physics(settings: Settings, client: &Client, output: Output) -> anyhow:
             None => proto::Integrator::Unspecified,
             Some(Integrator::Leapfrog) => proto::Integrator::Leapfrog,
             Some(Integrator::Euler) => proto::Integrator::Euler,
+            Some(Integrator::Bullet) => proto::Integrator::Bullet,
         }
         .into(),
         surface_combination: match settings.surface_combination {
@@ -318,7 +321,7 @@ struct PhysicsView {
     /// Seconds.
     time_step: f64,
     substeps: u32,
-    /// `leapfrog` or `euler`.
+    /// `leapfrog`, `euler` or `bullet`.
     integrator: String,
     /// `min`, `multiply` or `max`.
     surface_combination: String,

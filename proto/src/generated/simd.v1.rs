@@ -351,13 +351,11 @@ pub struct SpawnEntityRequest {
     #[prost(bool, tag = "18")]
     pub stays_awake: bool,
     /// Moves the robot along y, if necessary, until it stands next to all others. It is then 0.2 m to the
-    /// left of the box around their shapes and link origins. Visuals of a link count if it has no
-    /// collision shapes. Planes, and objects wider than 10 m along x and y, are ground and do not count.
-    /// Robots of one file are moved together.
+    /// left of the box around their collision shapes and link origins. Planes, and objects wider than 10 m
+    /// along x and y, are ground and do not count. Robots of one file are moved together.
     #[prost(bool, tag = "19")]
     pub beside_others: bool,
-    /// Raises the robot, if necessary, until its shapes are above z = 0. Visuals of a link count if it
-    /// has no collision shapes.
+    /// Raises the robot, if necessary, until its collision shapes are above z = 0.
     #[prost(bool, tag = "20")]
     pub on_ground: bool,
 }
@@ -11628,6 +11626,19 @@ pub struct ResetSimulationResponse {
     #[prost(string, repeated, tag = "2")]
     pub deleted: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
+/// Contacts with INTEGRATOR_BULLET.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct BulletContacts {
+    /// Part of an overlap that the velocity of a step removes, 0 to 1. Default 0.08.
+    #[prost(double, optional, tag = "1")]
+    pub error_reduction: ::core::option::Option<f64>,
+    /// Depth of resting points, metres, 0 to 0.1. Default 0.00001.
+    #[prost(double, optional, tag = "2")]
+    pub slop: ::core::option::Option<f64>,
+    /// Minimum approach speed of a hit that bounces, m/s, 0 to 1e6. Default 0.2.
+    #[prost(double, optional, tag = "3")]
+    pub bounce_speed: ::core::option::Option<f64>,
+}
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct Physics {
     /// Metres per second squared, world axes. Default (0, 0, -9.81).
@@ -11651,6 +11662,9 @@ pub struct Physics {
     /// Free bodies at rest sleep: steps do not move them until something acts on them. Default true.
     #[prost(bool, tag = "8")]
     pub sleeping: bool,
+    /// With INTEGRATOR_BULLET.
+    #[prost(message, optional, tag = "9")]
+    pub bullet_contacts: ::core::option::Option<BulletContacts>,
 }
 #[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct GetPhysicsRequest {}
@@ -11686,6 +11700,9 @@ pub struct SetPhysicsRequest {
     /// False wakes all bodies.
     #[prost(bool, optional, tag = "10")]
     pub sleeping: ::core::option::Option<bool>,
+    /// Needs INTEGRATOR_BULLET in `integrator`. Absent numbers have their defaults.
+    #[prost(message, optional, tag = "11")]
+    pub bullet_contacts: ::core::option::Option<BulletContacts>,
 }
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct SetPhysicsResponse {
@@ -11913,9 +11930,6 @@ pub struct JoinLockstepRequest {
     pub until_disconnect: bool,
     #[prost(string, tag = "3")]
     pub request_id: ::prost::alloc::string::String,
-    /// From ClaimJoints: while the world is claimed, only the holder of that claim joins.
-    #[prost(string, tag = "4")]
-    pub claim: ::prost::alloc::string::String,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct JoinLockstepResponse {
@@ -12030,6 +12044,9 @@ pub enum Integrator {
     Leapfrog = 1,
     /// Semi-implicit Euler with implicit damping, which equals MuJoCo's Euler.
     Euler = 2,
+    /// INTEGRATOR_EULER with Bullet's laws of contacts, position limits, speeds and link damping, for
+    /// scripts that depend on them. Velocities correct overlaps, so overlapping bodies may fly apart.
+    Bullet = 3,
 }
 impl Integrator {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -12041,6 +12058,7 @@ impl Integrator {
             Self::Unspecified => "INTEGRATOR_UNSPECIFIED",
             Self::Leapfrog => "INTEGRATOR_LEAPFROG",
             Self::Euler => "INTEGRATOR_EULER",
+            Self::Bullet => "INTEGRATOR_BULLET",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -12049,6 +12067,7 @@ impl Integrator {
             "INTEGRATOR_UNSPECIFIED" => Some(Self::Unspecified),
             "INTEGRATOR_LEAPFROG" => Some(Self::Leapfrog),
             "INTEGRATOR_EULER" => Some(Self::Euler),
+            "INTEGRATOR_BULLET" => Some(Self::Bullet),
             _ => None,
         }
     }

@@ -16,6 +16,6 @@ pub mod simulation;
 mod valid;
 
 pub use simulation::{
-    Applied, Command, Error, Event, Integrator, Moment, PhysicsSettings, PublishedState, Reply, Simulation,
-    SurfaceCombination,
+    Applied, BulletContacts, Command, Error, Event, Integrator, Moment, PhysicsSettings, PublishedState,
+    Reply, Simulation, SurfaceCombination,
 };

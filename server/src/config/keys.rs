@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use glamx::DVec3;
 use simd_core::simulation::SetpointProfiles;
 use simd_core::simulation::command::PhysicsChange;
-use simd_core::{Integrator, SurfaceCombination};
+use simd_core::{BulletContacts, Integrator, SurfaceCombination};
 
 use super::key::{Access, Key, MANY};
 use crate::log::LogFormat;
@@ -207,16 +207,20 @@ fn physics() -> Vec<Key> {
         ),
         Key::new(
             "physics.integrator",
-            "integrator of a step: a second-order one, or MuJoCo's Euler; see physics.md",
+            "integrator of a step: a second-order one, MuJoCo's Euler, or Bullet's step; see physics.md",
             Access::Word(
-                &["leapfrog", "euler"],
+                &["leapfrog", "euler", "bullet"],
                 |draft| match draft.config.physics.integrator {
                     Integrator::Leapfrog => "leapfrog",
                     Integrator::Euler => "euler",
+                    Integrator::Bullet(_) => "bullet",
                 },
                 |draft, name| {
-                    let euler = name == "euler";
-                    let integrator = Some(if euler { Integrator::Euler } else { Integrator::Leapfrog });
+                    let integrator = Some(match name.as_str() {
+                        "euler" => Integrator::Euler,
+                        "bullet" => Integrator::Bullet(BulletContacts::default()),
+                        _ => Integrator::Leapfrog,
+                    });
                     draft.config.change_physics(PhysicsChange { integrator, ..PhysicsChange::default() })
                 },
             ),

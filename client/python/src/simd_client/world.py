@@ -50,6 +50,8 @@ class Integrator(Enum):
     """Second order while motion is smooth; free bodies keep their energy at any spin."""
     EULER = "euler"
     """Semi-implicit Euler with implicit damping, which equals MuJoCo's."""
+    BULLET = "bullet"
+    """Euler with Bullet's laws of contacts, position limits, speeds and link damping."""
     UNKNOWN = "unknown"
 
 
@@ -152,6 +154,7 @@ _PACES = {
 _INTEGRATORS = {
     proto.Integrator.INTEGRATOR_LEAPFROG: Integrator.LEAPFROG,
     proto.Integrator.INTEGRATOR_EULER: Integrator.EULER,
+    proto.Integrator.INTEGRATOR_BULLET: Integrator.BULLET,
 }
 _SURFACE_COMBINATIONS = {
     proto.SurfaceCombination.SURFACE_COMBINATION_MIN: SurfaceCombination.MIN,
@@ -203,7 +206,7 @@ def integrator_to_proto(integrator: Integrator | str) -> proto.Integrator:
     for number, known in _INTEGRATORS.items():
         if known is wanted:
             return number
-    raise ValueError("an integrator is leapfrog or euler")
+    raise ValueError("an integrator is leapfrog, euler or bullet")
 
 
 def surface_combination_to_proto(combination: SurfaceCombination | str) -> proto.SurfaceCombination:

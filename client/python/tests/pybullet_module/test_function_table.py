@@ -40,4 +40,4 @@ def test_states_are_true() -> None:
     # The function raises from a module with other functions too.
     assert raising - set(unsupported.__all__) == {"loadBullet"}
     accepted = {name for name, state in listed.items() if state == "accepted"}
-    assert accepted == set(headless.__all__) | set(plugins.__all__) | {"setDefaultContactERP"}
+    assert accepted == set(headless.__all__) | set(plugins.__all__)

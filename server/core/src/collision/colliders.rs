@@ -4,6 +4,7 @@
 mod look_ahead;
 mod prefetch;
 mod rest_pose;
+mod size;
 
 use std::fmt;
 use std::sync::Arc;

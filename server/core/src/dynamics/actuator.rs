@@ -459,7 +459,7 @@ impl<R: Real, Saturated> Drive<R, Saturated> {
         (integrator, h): (Integrator, R),
     ) -> (Implicitness<R>, Implicitness<R>, (R, R)) {
         let zero = h.splat(0.0);
-        if integrator == Integrator::Euler {
+        if integrator != Integrator::Leapfrog {
             let at = Implicitness::splat(h, Implicitness::BACKWARD);
             let of_law = is_saturated.select(zero, self.resistance_of_law(h, at));
             return (at, at, (own + joint.resistance(h, at) + of_law, h.splat(1.0)));

@@ -10,6 +10,7 @@ mod prefetch;
 mod rows;
 mod saturation;
 mod soundness;
+mod speed_limits;
 mod state;
 
 use std::sync::Arc;
@@ -187,7 +188,7 @@ impl Articulation {
         let Self { tree, state, scratch } = self;
         let StepScratch { new_velocities, constraints, integrator, .. } = scratch;
         let moved = (&*state.positions, &**new_velocities);
-        collect(tree, &state.axes, moved, &state.impulses, h, constraints);
+        collect(tree, &state.axes, moved, &state.impulses, (*integrator, h), constraints);
         if !tree.tendons.is_empty() {
             let BodyState { axes, drives, positions, half_velocities, impulses: warm, .. } = &*state;
             let of = OfTendons { axes, drives, positions, half_velocities, new_velocities, warm };
@@ -225,6 +226,7 @@ impl Articulation {
     pub fn finish(&mut self, gravity: DVec3, h: f64) {
         self.tree.tendons_follow(&mut self.scratch.new_velocities);
         self.note_efforts(h);
+        self.limit_velocities();
         self.note_changes(gravity, h);
         advance(&self.tree, &mut self.state.positions, &self.scratch.new_velocities, h);
         self.take_new_velocities(gravity, h);
@@ -237,6 +239,7 @@ impl Articulation {
         self.scratch.is_touched = true;
         self.tree.tendons_follow(&mut self.scratch.new_velocities);
         self.note_efforts(h);
+        self.limit_velocities();
         self.note_changes(gravity, h);
         advance(&self.tree, &mut self.state.positions, split_velocities, h);
         self.take_new_velocities(gravity, h);
@@ -343,6 +346,10 @@ impl Articulation {
         }
         let state = MidStep { q: positions, qd: velocities, half: half_velocities };
         accelerate(tree, base_acceleration(&base, gravity), state, h, passes, new_velocities);
+        if integrator.bullet().is_some() {
+            self.limit_velocities();
+            return;
+        }
         if *integrator == Integrator::Leapfrog && is_fast(passes, h) {
             velocity_terms.solve(tree, state, h, passes, new_velocities);
         }

@@ -15,16 +15,28 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bullet::BulletContacts;
 use super::real::{MaskOf, Real};
 
 /// Integration method of a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Integrator {
     /// Leapfrog, of second order for smooth motion.
     #[default]
     Leapfrog,
     /// Semi-implicit Euler with implicit damping: the arithmetic of MuJoCo's `Euler`.
     Euler,
+    /// [`Euler`](Self::Euler) with Bullet's laws of overlaps, hits, position limits, speeds and link damping, for
+    /// scripts that depend on them; see [`bullet`](super::bullet).
+    Bullet(BulletContacts),
+}
+
+impl Integrator {
+    /// Returns the law of contacts, if it is Bullet's.
+    #[inline]
+    pub fn bullet(self) -> Option<BulletContacts> {
+        if let Self::Bullet(contacts) = self { Some(contacts) } else { None }
+    }
 }
 
 /// Data from earlier steps that the next leapfrog step can use.

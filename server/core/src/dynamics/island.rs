@@ -16,6 +16,7 @@ mod unsound;
 use glamx::{DPose3, DVec3};
 
 use super::articulation::{Articulation, EXACT_ROUNDS, MAX_ROUNDS};
+use super::bullet::BulletContacts;
 use super::constraint::contact::{Contact, ContactRows};
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
@@ -134,6 +135,8 @@ impl Island {
     /// are dropped after integration and so add no energy. Source: Guendelman, Bridson and Fedkiw, "Nonconvex
     /// rigid bodies with stacking" (2003).
     ///
+    /// With `bullet`, contacts follow [its law](BulletContacts) instead.
+    ///
     /// Calls `interrupt` before each contact is measured and before each sweep.
     pub fn solve<R: AsMut<Articulation>>(
         &mut self,
@@ -141,6 +144,7 @@ impl Island {
         contacts: &mut [&mut Contact],
         constraints: &mut [ActiveConstraint<'_>],
         (gravity, h): (DVec3, f64),
+        bullet: Option<BulletContacts>,
         interrupt: &dyn Fn() -> bool,
     ) -> IslandOutcome {
         self.list(robots, members, constraints.is_empty());
@@ -156,7 +160,10 @@ impl Island {
                 return IslandOutcome::Interrupted;
             }
             if round == 0 {
-                self.set_targets(robots, contacts, gravity, h);
+                match bullet {
+                    None => self.set_targets(robots, contacts, gravity, h),
+                    Some(law) => self.set_bullets_targets(contacts, law, h),
+                }
             } else {
                 let turning = self.turning.iter_mut().map(|turning| &mut turning.rows);
                 let links = self.links.iter_mut().map(|link| &mut link.rows);

@@ -23,7 +23,8 @@ impl LinkDamping {
     pub const MAX: f64 = 1e6;
 
     /// Returns the force on a link, about its origin, in the axes of its motion. `rotation` turns the link's
-    /// axes into those. In an Euler step of `h` seconds the force stops no more than the motion.
+    /// axes into those. In a step of `h` seconds the force stops no more than the motion; with `h` = 0 it is
+    /// explicit, as in Bullet.
     pub fn force(self, inertial: &Inertial, rotation: &DMat3, motion: Spatial, h: f64) -> Spatial {
         let arm = *rotation * inertial.center_of_mass;
         let velocity = motion.linear + motion.angular.cross(arm);

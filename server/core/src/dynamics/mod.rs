@@ -14,6 +14,7 @@
 //! * [`link_motion`]: accelerations of links; [`link_damping`]: forces against their motion; [`reactions`]: loads of
 //!   joints.
 //! * [`tendon`]: joints whose positions are sums of others.
+//! * [`bullet`]: Bullet's laws of contacts, limits and speeds, for scripts that depend on them.
 //! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: the contacts that collision
 //!   finds for it.
 //! * [`articulation`]: the state of one robot, and its step.
@@ -29,6 +30,7 @@ mod arcs;
 pub mod articulated;
 pub mod articulation;
 pub mod block_cholesky;
+pub mod bullet;
 pub mod configuration;
 pub mod constraint;
 pub mod contact_point;

@@ -14,8 +14,10 @@ use super::entity::Entity;
 use super::sleep::Busy;
 use super::world_state::Pair;
 use crate::collision::{
-    BroadPhase, ContactPoint, Filter, FixedPair, NarrowPhase, RobotLinkPair, SurfaceCombination,
+    BroadPhase, ContactPoint, Filter, FixedPair, NarrowPhase, RobotColliders, RobotLinkPair,
+    SurfaceCombination,
 };
+use crate::dynamics::bullet;
 use crate::dynamics::constraint::contact::Contact;
 use crate::pool::{Interrupt, PIECES, Pool};
 
@@ -58,6 +60,8 @@ pub(super) struct SearchOptions {
     pub(super) combination: SurfaceCombination,
     /// Whether a step begins, and with it the sums of impulses.
     pub(super) begins: bool,
+    /// Whether points are contacts only within [Bullet's distance](bullet::within).
+    pub(super) is_bullets: bool,
 }
 
 /// Input of the search.
@@ -285,7 +289,7 @@ impl Search {
     /// interrupted.
     fn look(&mut self, among: Among<'_>, pairs: &[[usize; 2]], known: &mut [FixedPair]) -> bool {
         let Among { robots, excluded, collision_pairs, before, options, interrupt } = among;
-        let SearchOptions { slack, begins, .. } = options;
+        let SearchOptions { slack, begins, is_bullets, .. } = options;
         let Self { narrow, found: list, fixed } = self;
         let mut known = known.iter_mut().peekable();
         let mut previous = PreviousContacts::new(before, begins);
@@ -305,6 +309,9 @@ impl Search {
             let first = list.len();
             let found = |point: ContactPoint| {
                 if !excluded.is_empty() && is_excluded(excluded, pair, point.links) {
+                    return;
+                }
+                if is_bullets && point.distance > bullet::within(sizes(colliders, point.colliders)) {
                     return;
                 }
                 list.push(Contact::new(pair, point));
@@ -334,6 +341,11 @@ impl Search {
         }
         true
     }
+}
+
+/// Returns the sizes of two shapes as Bullet measures them.
+fn sizes(robots: [&RobotColliders; 2], colliders: [usize; 2]) -> [f64; 2] {
+    [0, 1].map(|side| robots[side].half_diagonal(colliders[side]))
 }
 
 /// Copies results into the list, on the threads that have found them and have them in their caches.

@@ -23,7 +23,7 @@ use super::contact_settings::ContactSettings;
 use super::world_state::{EntityState, RobotState};
 use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::tree::JointType;
-use crate::dynamics::{Articulation, Axis, LARGEST_STATE, Mode, Tree};
+use crate::dynamics::{Articulation, Axis, Integrator, LARGEST_STATE, Mode, Tree};
 
 /// A robot in the world: its description, its state, and the scratch of a step.
 #[derive(Debug)]
@@ -199,11 +199,11 @@ impl Entity {
 
     /// Updates bodies and wrenches, and colliders if there are other robots. Contacts are looked for within
     /// `slack` metres and the motion in a part of a step of `h` seconds.
-    pub(super) fn update_poses(&mut self, others: bool, slack: f64, h: f64) {
+    pub(super) fn update_poses(&mut self, others: bool, slack: f64, (integrator, h): (Integrator, f64)) {
         if self.is_awake() {
             if self.has_external_forces() {
                 self.update_external_forces();
-                self.add_damping_forces(h);
+                self.add_damping_forces(integrator, h);
             }
             self.body.update_kinematics();
         }

@@ -69,7 +69,7 @@ use published_state::WorldLayout;
 use robot_settings::RobotSettings;
 pub use saved::{NamedSavedState, RobotParts, Saved};
 use sensors::WorldSensors;
-pub use settings::{Integrator, PhysicsSettings, SetpointProfiles, SurfaceCombination};
+pub use settings::{BulletContacts, Integrator, PhysicsSettings, SetpointProfiles, SurfaceCombination};
 use sleep::Busy;
 use target_sources::RobotTargetSources;
 use world_state::{encoded, hash};

@@ -10,7 +10,7 @@ use super::error::Error;
 use super::moment::Moment;
 use super::pull::ActivePull;
 use super::sensors::SensorCount;
-use super::settings::{PhysicsSettings, SUBSTEPS, TIME_STEP};
+use super::settings::{BulletContacts, PhysicsSettings, SUBSTEPS, TIME_STEP};
 use super::trajectory::{ActiveTrajectory, TrajectoryJoint};
 use super::world_state::{EntityState, InvalidState, RobotState, WorldState};
 use super::wrench::{ActiveWrench, MAX_WRENCH_DURATION, WrenchDuration};
@@ -184,7 +184,7 @@ impl Saved {
 
 fn check_world(state: &WorldState) -> Result<(), String> {
     let WorldState { step, sim_time, time_base, settings, .. } = *state;
-    let PhysicsSettings { gravity, time_step, substeps, .. } = settings;
+    let PhysicsSettings { gravity, time_step, substeps, integrator, .. } = settings;
     if step > MAX_STEPS || time_base.0 > step {
         return Err(format!("it is at step {step}, with time counted from step {}", time_base.0));
     }
@@ -193,7 +193,11 @@ fn check_world(state: &WorldState) -> Result<(), String> {
     if !TIME_STEP.contains(&time_step) || !SUBSTEPS.contains(&substeps) {
         return Err(format!("its time step of {time_step} s in {substeps} parts cannot be"));
     }
-    Ok(())
+    let mut contacts = integrator.bullet().into_iter().flat_map(BulletContacts::ranges);
+    match contacts.find(|(_, value, range)| !range.contains(value)) {
+        Some((name, value, _)) => Err(format!("its contacts have the {name} {value}, which cannot be")),
+        None => Ok(()),
+    }
 }
 
 /// Returns a robot in this state, in a world at this sim time that already has `others`. The error is a

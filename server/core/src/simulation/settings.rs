@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::collision::SurfaceCombination;
 pub use crate::dynamics::Integrator;
+pub use crate::dynamics::bullet::BulletContacts;
 use crate::plain::vector3;
 
 /// Range of the time step, seconds.

@@ -338,8 +338,10 @@ def computeDofCount(bodyUniqueId: int, physicsClientId: int = 0) -> int:
 
 
 def setDefaultContactERP(defaultContactERP: float, physicsClientId: int = 0) -> None:
-    """Does nothing: it is a setting of Bullet's solver."""
-    connected(physicsClientId).say_once("setDefaultContactERP does nothing: it belongs to Bullet's solver")
+    """Sets the part of an overlap that the velocity of a step removes."""
+    world = connected(physicsClientId)
+    if not world.set_contacts(error_reduction=max(float(defaultContactERP), 0.0)):
+        world.say_once("setDefaultContactERP: the world of another client has its own contacts")
 
 
 __all__ = ["changeDynamics", "computeDofCount", "getDynamicsInfo", "setDefaultContactERP"]

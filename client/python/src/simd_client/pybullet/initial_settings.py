@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simd_client.proto import (
     Integrator,
@@ -28,6 +28,8 @@ _SURFACES = {
     SurfaceCombination.SURFACE_COMBINATION_MULTIPLY: "products of",
     SurfaceCombination.SURFACE_COMBINATION_MAX: "the larger of two",
 }
+
+_METHODS = {Integrator.INTEGRATOR_EULER: "Euler", Integrator.INTEGRATOR_BULLET: "Bullet's laws"}
 
 
 def restore(world: World, found: tuple[Physics, bool] | None) -> None:
@@ -55,14 +57,14 @@ def restore(world: World, found: tuple[Physics, bool] | None) -> None:
         return
     if changed:
         # Settings that another client has set since then stay.
-        world.set_physics(settings(before, [name for name in changed if getattr(now, name) == getattr(ours, name)]))
+        world.set_physics(settings(before, [name for name in changed if _value(now, name) == _value(ours, name)]))
     if played and not world.playing:
         world.play(True)
 
 
 def differing(one: Physics, other: Physics) -> list[str]:
     """Returns names of the settings that a script changes and that differ."""
-    return [name for name in _NAMES if getattr(one, name) != getattr(other, name)]
+    return [name for name in _NAMES if _value(one, name) != _value(other, name)]
 
 
 def settings(physics: Physics, names: Iterable[str]) -> SetPhysicsRequest:
@@ -73,13 +75,21 @@ def settings(physics: Physics, names: Iterable[str]) -> SetPhysicsRequest:
             request.gravity.CopyFrom(physics.gravity)
         else:
             setattr(request, name, getattr(physics, name))
+        if name == "integrator" and physics.HasField("bullet_contacts"):
+            request.bullet_contacts.CopyFrom(physics.bullet_contacts)
     return request
+
+
+def _value(physics: Physics, name: str) -> Any:
+    """Returns a setting; contacts belong to the integrator."""
+    value = getattr(physics, name)
+    return (value, physics.bullet_contacts) if name == "integrator" else value
 
 
 def _settings(physics: Physics) -> str:
     g = physics.gravity
     parts = f", {physics.substeps} substeps" if physics.substeps > 1 else ""
-    method = "Euler" if physics.integrator == Integrator.INTEGRATOR_EULER else "leapfrog"
+    method = _METHODS.get(physics.integrator, "leapfrog")
     surfaces = _SURFACES.get(physics.surface_combination, "unknown")
     return (
         f"a time step of {physics.time_step:.6g} s{parts}, {method}, {surfaces} frictions and gravity "

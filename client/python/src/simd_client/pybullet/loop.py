@@ -15,6 +15,7 @@ from simd_client.proto import (
     ApplyLinkWrenchRequest,
     GetPhysicsRequest,
     GetSimulationStateRequest,
+    Integrator,
     JointReset,
     NextJointStatesRequest,
     Physics,
@@ -51,6 +52,8 @@ _WRENCHES = 256
 _SEEN = 0.5
 # The daemon's time steps, seconds, and how many of them may form one of the script.
 _SHORTEST, _LONGEST, _MAX_STEPS = 1e-6, 0.1, 1000
+# Maximum values of the daemon for Bullet's contacts.
+_MAX_CONTACTS = {"error_reduction": 1.0, "slop": 0.1, "bounce_speed": 1e6}
 # PyBullet's time step, until a script sets another.
 TIME_STEP = 1.0 / 240.0
 
@@ -261,6 +264,22 @@ class Loop(Readings):
     def set_physics(self, request: SetPhysicsRequest) -> None:
         """Changes only the given settings."""
         self._learn(self.wire.call(methods.SetPhysics, request).physics)
+
+    @property
+    def has_bullets_laws(self) -> bool:
+        """Whether contacts and limits follow Bullet's laws, as in a world that this script began."""
+        return self.physics.integrator == Integrator.INTEGRATOR_BULLET
+
+    def set_contacts(self, **given: float) -> bool:
+        """Changes parameters of Bullet's contacts, as far as they are in the daemon's ranges. Returns false if the world has other laws."""
+        if not self.has_bullets_laws:
+            return False
+        request = SetPhysicsRequest(integrator=Integrator.INTEGRATOR_BULLET)
+        request.bullet_contacts.CopyFrom(self.physics.bullet_contacts)
+        for name, value in given.items():
+            setattr(request.bullet_contacts, name, min(value, _MAX_CONTACTS[name]))
+        self.set_physics(request)
+        return True
 
     def set_time_step(self, seconds: float) -> None:
         """Sets any positive time step, as in PyBullet: a longer one is several of the daemon's steps."""

@@ -1,8 +1,9 @@
 """Joints beyond their limits.
 
-PyBullet's limits keep a joint from moving further out. They leave a joint outside if a script put it there,
-or if it starts there. The daemon's limits push it back immediately and fast. So such a joint gets limits that
-include its position, until it has returned within its own limits.
+PyBullet's limits keep a joint from moving further out. They leave a joint outside if a script put it far
+beyond them, or if it starts there. In a world with Bullet's laws, limits do that. In the world of another
+client they push the joint back immediately and fast. There such a joint gets limits that include its
+position, until it has returned within its own limits.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ _NEAR = 1e-9
 
 def put(world: World, body: Body, positions: Iterable[tuple[int, float]]) -> None:
     """Records new positions of joints of one axis, by their numbers."""
+    if world.has_bullets_laws:
+        return
     for index, position in positions:
         joint = body.joints[index]
         key = body.unique_id, index
@@ -80,7 +83,7 @@ def came_back(world: World, body: Body, index: int, limits: JointBounds) -> None
     if limits == joint.limits:
         return
     position = world.joint_states(body).position[joint.position_index]
-    if not _is_within(joint.limits, position):
+    if not (world.has_bullets_laws or _is_within(joint.limits, position)):
         world.beyond[body.unique_id, index] = None
         if limits[2:] == joint.limits[2:] and _is_within(limits, position):
             # It was beyond them then.

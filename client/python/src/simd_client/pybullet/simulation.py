@@ -14,11 +14,20 @@ from .connections import connected
 from .errors import error
 from .files import read_state
 
+# Parameters of contacts, and the daemon's names.
+_CONTACTS = {
+    "contactERP": "error_reduction",
+    "contactSlop": "slop",
+    "restitutionVelocityThreshold": "bounce_speed",
+}
 # Parameters of setPhysicsEngineParameter that have an effect, or that belong to no solver and cause no
 # warning.
 _NOT_THE_SOLVERS = {
     "fixedTimeStep",
     "numSubSteps",
+    "contactERP",
+    "contactSlop",
+    "restitutionVelocityThreshold",
     "maxNumCmdPer1ms",
     "enableFileCaching",
     "deterministicOverlappingPairs",
@@ -95,9 +104,9 @@ def setPhysicsEngineParameter(
     numNonContactInnerIterations: int = -1,
     physicsClientId: int = 0,
 ) -> None:
-    """Sets the time step, 1e-6 to 0.1 s, and its substeps. The other settings belong to Bullet's solver and
-    have no effect; getPhysicsEngineParameters returns its iterations. As in PyBullet, negative values are
-    ignored."""
+    """Sets the time step, 1e-6 to 0.1 s, its substeps, and ERP, slop and restitution threshold of contacts. The
+    other settings belong to Bullet's solver and have no effect; getPhysicsEngineParameters returns its
+    iterations. As in PyBullet, negative values are ignored."""
     arguments = dict(locals())
     given = [name for name, value in arguments.items() if value >= 0]
     world = connected(physicsClientId)
@@ -111,6 +120,9 @@ def setPhysicsEngineParameter(
         world.solver_iterations = int(numSolverIterations)
     if numNonContactInnerIterations >= 1:
         world.inner_iterations = int(numNonContactInnerIterations)
+    contacts = {field: float(arguments[name]) for name, field in _CONTACTS.items() if name in given}
+    if contacts and not world.set_contacts(**contacts):
+        world.say_once("setPhysicsEngineParameter: the world of another client has its own contacts")
     ignored = [name for name in given if name not in _NOT_THE_SOLVERS]
     if ignored:
         world.say_once(

@@ -156,24 +156,23 @@ class World(Robots):
         self.drawings.remove_all()
         if not self.guest:
             self.wire.call(methods.ResetSimulation, ResetSimulationRequest(time=True))
-            request = SetPhysicsRequest()
+            request = SetPhysicsRequest(integrator=Integrator.INTEGRATOR_BULLET)
             request.gravity.SetInParent()
             self.set_physics(request)
         self.forget_states()
 
     def begin(self) -> None:
-        """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 Euler steps per second, products of frictions."""
+        """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 of Bullet's steps per second, products of frictions."""
         self.sync()
         self.guest = bool(self.bodies)
         self.read_state()
         if not self.guest:
             self._found = self.physics, self.playing
             self.play(False)
-            # PyBullet's own step is a semi-implicit Euler, and it multiplies frictions.
-            euler = Integrator.INTEGRATOR_EULER
+            bullet = Integrator.INTEGRATOR_BULLET
             product = SurfaceCombination.SURFACE_COMBINATION_MULTIPLY
             request = SetPhysicsRequest(
-                time_step=TIME_STEP, substeps=1, integrator=euler, surface_combination=product
+                time_step=TIME_STEP, substeps=1, integrator=bullet, surface_combination=product
             )
             request.gravity.SetInParent()
             self.set_physics(request)

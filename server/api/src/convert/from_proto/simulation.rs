@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
-use simd_core::{Integrator, SurfaceCombination};
+use simd_core::{BulletContacts, Integrator, SurfaceCombination};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -73,7 +73,12 @@ pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange,
         v1::Integrator::Unspecified => None,
         v1::Integrator::Leapfrog => Some(Integrator::Leapfrog),
         v1::Integrator::Euler => Some(Integrator::Euler),
+        v1::Integrator::Bullet => Some(Integrator::Bullet(bullet_contacts(request.bullet_contacts.as_ref()))),
     };
+    if request.bullet_contacts.is_some() && integrator.and_then(Integrator::bullet).is_none() {
+        let expected = "it needs INTEGRATOR_BULLET in `integrator`";
+        return Err(Path::ROOT.field("bullet_contacts").refuse("given", expected));
+    }
     let combination = Path::ROOT.field("surface_combination").known(request.surface_combination)?;
     let surface_combination = match combination {
         v1::SurfaceCombination::Unspecified => None,
@@ -84,6 +89,17 @@ pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange,
     let v1::SetPhysicsRequest { time_step, substeps, sleeping, .. } = *request;
     let change = PhysicsChange { gravity, time_step, substeps, integrator, surface_combination, sleeping };
     Ok((change, pace(request)?))
+}
+
+/// Parses the law of contacts; absent numbers have their defaults.
+fn bullet_contacts(given: Option<&v1::BulletContacts>) -> BulletContacts {
+    let default = BulletContacts::default();
+    let v1::BulletContacts { error_reduction, slop, bounce_speed } = given.copied().unwrap_or_default();
+    BulletContacts {
+        error_reduction: error_reduction.unwrap_or(default.error_reduction),
+        slop: slop.unwrap_or(default.slop),
+        bounce_speed: bounce_speed.unwrap_or(default.bounce_speed),
+    }
 }
 
 fn pace(request: &v1::SetPhysicsRequest) -> Result<PaceChange, BadField> {

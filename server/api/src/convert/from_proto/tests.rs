@@ -222,6 +222,16 @@ fn physics_that_are_not_given_stay() {
     assert_eq!(physics.integrator, None);
     let euler = v1::SetPhysicsRequest { integrator: v1::Integrator::Euler.into(), ..nothing.clone() };
     assert_eq!(change(&euler).unwrap().0.integrator, Some(simd_core::Integrator::Euler));
+    let contacts = v1::BulletContacts { slop: Some(0.001), ..Default::default() };
+    let bullet = v1::SetPhysicsRequest {
+        integrator: v1::Integrator::Bullet.into(),
+        bullet_contacts: Some(contacts),
+        ..nothing.clone()
+    };
+    let law = simd_core::BulletContacts { slop: 0.001, ..Default::default() };
+    assert_eq!(change(&bullet).unwrap().0.integrator, Some(simd_core::Integrator::Bullet(law)));
+    let alone = v1::SetPhysicsRequest { bullet_contacts: Some(contacts), ..nothing.clone() };
+    assert_eq!(blamed(change(&alone)), "bullet_contacts");
     assert_eq!(pace(&nothing), present);
 
     let factor = v1::SetPhysicsRequest { real_time_factor: Some(0.5), ..nothing.clone() };

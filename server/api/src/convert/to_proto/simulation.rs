@@ -3,7 +3,7 @@
 use std::time::SystemTime;
 
 use simd_core::simulation::command::SavedStateInfo;
-use simd_core::{Integrator, PhysicsSettings, SurfaceCombination};
+use simd_core::{BulletContacts, Integrator, PhysicsSettings, SurfaceCombination};
 use simd_model::robot::JointKind;
 use simd_proto::{API_VERSION, v1};
 
@@ -70,7 +70,16 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
     let integrator = match settings.integrator {
         Integrator::Leapfrog => v1::Integrator::Leapfrog,
         Integrator::Euler => v1::Integrator::Euler,
+        Integrator::Bullet(_) => v1::Integrator::Bullet,
     };
+    let bullet_contacts =
+        settings.integrator.bullet().map(|BulletContacts { error_reduction, slop, bounce_speed }| {
+            v1::BulletContacts {
+                error_reduction: Some(error_reduction),
+                slop: Some(slop),
+                bounce_speed: Some(bounce_speed),
+            }
+        });
     let combination = match settings.surface_combination {
         SurfaceCombination::Min => v1::SurfaceCombination::Min,
         SurfaceCombination::Multiply => v1::SurfaceCombination::Multiply,
@@ -85,6 +94,7 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
         integrator: integrator.into(),
         surface_combination: combination.into(),
         sleeping: settings.sleeping,
+        bullet_contacts,
     }
 }
 

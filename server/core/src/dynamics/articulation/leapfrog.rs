@@ -29,7 +29,7 @@ impl Articulation {
     /// Sets the velocities that a step changes.
     pub(super) fn begin_leapfrog(&mut self, integrator: Integrator) {
         let BodyState { velocities, half_velocities, history, has_external_changed, .. } = &mut self.state;
-        if integrator == Integrator::Euler {
+        if integrator != Integrator::Leapfrog {
             *history = History::Given;
         }
         if *history == History::Given {
@@ -169,7 +169,7 @@ impl Articulation {
             *change = new - half;
         }
         let is_smooth = !self.scratch.is_held && !self.scratch.is_touched;
-        if self.scratch.integrator == Integrator::Euler || *history != History::Given || !is_smooth {
+        if self.scratch.integrator != Integrator::Leapfrog || *history != History::Given || !is_smooth {
             return;
         }
         if self.scratch.free_body.is_some() {
@@ -207,7 +207,7 @@ impl Articulation {
         let StepScratch { new_velocities, passes, integrator, is_touched, is_kinked, .. } = &self.scratch;
         let state = &mut self.state;
         state.half_velocities.copy_from_slice(new_velocities);
-        if *integrator == Integrator::Euler {
+        if *integrator != Integrator::Leapfrog {
             state.velocities.copy_from_slice(new_velocities);
             return;
         }

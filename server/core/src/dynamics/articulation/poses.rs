@@ -13,6 +13,7 @@ impl Articulation {
     pub(in crate::dynamics) fn begin_position_update(&mut self, far: bool, gravity: DVec3, h: f64) {
         self.scratch.is_kinked |= far;
         self.note_efforts(h);
+        self.limit_velocities();
         self.note_changes(gravity, h);
     }
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::contact_law::{self, Resistance, inverse_of_tangents};
 use super::side::{Side, add_transposed};
+use crate::dynamics::bullet::BulletContacts;
 use crate::dynamics::contact_point::ContactPoint;
 use crate::plain::vector3;
 
@@ -232,6 +233,15 @@ impl ContactRows {
         }
         self.correction_velocity = contact_law::correction(distance, h);
         self.split_impulse = 0.0;
+    }
+
+    /// Sets the targets of [`BulletContacts`]: overlaps are corrected by velocities, and friction acts against
+    /// the slip at the start of the step.
+    pub fn set_bullets_targets(&mut self, contact: &Contact, law: BulletContacts, h: f64) {
+        let ContactPoint { distance, surface, .. } = &contact.point;
+        (self.target, self.compliance) = law.target(*distance, self.unloaded[0], surface, h);
+        self.drift = [0.0; 2];
+        (self.correction_velocity, self.split_impulse) = (0.0, 0.0);
     }
 
     /// Postpones a hit that another hit in this step has caused to the next step, and removes its impulse.

@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Constraints, ERROR_REDUCTION, Row, RowKey, WARM_START};
 use crate::dynamics::actuator::Axis;
+use crate::dynamics::bullet;
+use crate::dynamics::integrator::Integrator;
 use crate::dynamics::real::{MaskOf, Real};
 use crate::dynamics::tree::{JointType, Tree};
 
@@ -97,7 +99,7 @@ fn of_tendon(count: usize, tendon: usize, is_driven: bool) -> usize {
 ///
 /// * limit: qd + distance / h >= 0 inside, so that the joint arrives and does not pass; qd >= ERROR_REDUCTION
 ///   depth / h beyond. Only if the joint could arrive within the step, by twice its present velocity and by
-///   `velocities`, the new velocities without constraints.
+///   `velocities`, the new velocities without constraints. [Bullet's limits](bullet) act only beyond.
 /// * friction: towards velocity 0, with an impulse of at most friction h.
 /// * mimic: qd_follower - multiplier qd_leader = -ERROR_REDUCTION error / h.
 pub fn collect(
@@ -105,7 +107,7 @@ pub fn collect(
     axes: &[Axis],
     (q, velocities): (&[f64], &[f64]),
     warm: &Impulses,
-    h: f64,
+    (integrator, h): (Integrator, f64),
     Constraints { rows, .. }: &mut Constraints,
 ) {
     rows.clear();
@@ -143,8 +145,12 @@ pub fn collect(
         let bodies = [pair.follower, pair.leader];
         add(RowKey::Mimic(index), entries, bodies, bias, f64::NEG_INFINITY, f64::INFINITY);
     }
+    let is_bullets = integrator.bullet().is_some();
     // A joint at its limit has only the side that pushes back.
-    let bias = |distance: f64| limit_bias(distance, h);
+    let bias = |distance: f64| {
+        if is_bullets { bullet::limit_bias(distance, h) } else { limit_bias(distance, h) }
+    };
+    let most = if is_bullets { bullet::MAX_LIMIT_IMPULSE } else { f64::INFINITY };
     for (i, body) in tree.bodies.iter().enumerate() {
         if matches!(body.joint_type, JointType::Free { .. } | JointType::Spherical { .. }) || body.is_tendon {
             continue;
@@ -153,19 +159,20 @@ pub fn collect(
         let limits = &axes[velocity].settings.limits;
         // Other rows and joints may still change the velocity: look ahead twice as far as it moves, and a
         // little further.
-        let reach = 2.0 * h * velocities[velocity].abs() + LIMIT_MARGIN;
+        let reach =
+            if is_bullets { f64::MIN_POSITIVE } else { 2.0 * h * velocities[velocity].abs() + LIMIT_MARGIN };
         if let Some(lower) = limits.lower {
             let distance = position - lower;
             if distance < reach {
                 let entries = [(velocity, 1.0), (velocity, 0.0)];
-                add(RowKey::Lower(velocity), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
+                add(RowKey::Lower(velocity), entries, [i, i], bias(distance), 0.0, most);
             }
         }
         if let Some(upper) = limits.upper {
             let distance = upper - position;
             if distance < reach {
                 let entries = [(velocity, -1.0), (velocity, 0.0)];
-                add(RowKey::Upper(velocity), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
+                add(RowKey::Upper(velocity), entries, [i, i], bias(distance), 0.0, most);
             }
         }
     }

@@ -5,6 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::{Basis, Island};
 use crate::dynamics::articulation::Articulation;
+use crate::dynamics::bullet::BulletContacts;
 use crate::dynamics::constraint::contact::{Contact, ContactRows};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::turning::TurningRows;
@@ -167,6 +168,22 @@ impl Island {
             };
             rows.set_targets(contact, before, turning, (gravity.length(), h));
         }
+        self.set_unloaded();
+    }
+
+    /// Sets the targets of Bullet's law.
+    pub(super) fn set_bullets_targets(&mut self, contacts: &[&mut Contact], law: BulletContacts, h: f64) {
+        // Bullet lets all hits of a step happen at once.
+        self.bounces = false;
+        for rows in &mut self.rows {
+            rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
+            rows.set_bullets_targets(&*contacts[rows.contact], law, h);
+        }
+        self.set_unloaded();
+    }
+
+    /// Stores the velocities without impulses of the other rows.
+    fn set_unloaded(&mut self) {
         let links = self.links.iter_mut().map(|link| &mut link.rows);
         for rows in self.turning.iter_mut().map(|turning| &mut turning.rows).chain(links) {
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glamx::DMat3;
 
 use super::Entity;
+use crate::dynamics::Integrator;
 use crate::dynamics::link_damping::LinkDamping;
 use crate::dynamics::spatial::Spatial;
 use crate::simulation::contact_settings::LinkProperties;
@@ -30,7 +31,8 @@ impl Entity {
 
     /// Adds the forces of damping to the external ones, for the present motion of the links and a part of a
     /// step of `h` seconds.
-    pub(super) fn add_damping_forces(&mut self, h: f64) {
+    pub(super) fn add_damping_forces(&mut self, integrator: Integrator, h: f64) {
+        let h = if integrator.bullet().is_some() { 0.0 } else { h };
         if self.state.link_damping.is_empty() {
             return;
         }

@@ -94,7 +94,9 @@ impl Simulation {
                 && trajectories.is_empty()
                 && sensors.is_empty()
         };
-        if !self.constraints.list.is_empty() || !self.entities.iter().all(has_nothing_else) {
+        // Lanes do not have Bullet's laws.
+        let is_bullets = self.settings.integrator.bullet().is_some();
+        if is_bullets || !self.constraints.list.is_empty() || !self.entities.iter().all(has_nothing_else) {
             return None;
         }
         let mut moving = (0..self.entities.len()).filter(|robot| self.entities[*robot].moves());

@@ -250,8 +250,12 @@ fn advance(
             part.begin(robot, others);
         },
     );
-    let options =
-        SearchOptions { slack: part.slack(), combination: part.surface_combination, begins: part.begins };
+    let options = SearchOptions {
+        slack: part.slack(),
+        combination: part.surface_combination,
+        begins: part.begins,
+        is_bullets: part.integrator.bullet().is_some(),
+    };
     if !contacts.find(robots, busy, &constraints.excluded, options, threads, interrupt) {
         return false;
     }
@@ -287,7 +291,7 @@ impl Part<'_> {
             robot.follow_trajectories(self.time_step);
         }
         if robot.is_active() {
-            robot.update_poses(others, self.slack(), self.h);
+            robot.update_poses(others, self.slack(), (self.integrator, self.h));
         }
         // Thousands of a heap are solved together: each would be fetched into the cache once more. Other
         // robots may step several at once, which starts them.
@@ -344,7 +348,7 @@ impl Part<'_> {
         island: &mut Island,
         interrupt: &Interrupt<'_>,
     ) -> bool {
-        let Self { gravity, h, ends, sleeping, .. } = self;
+        let Self { gravity, h, integrator, ends, sleeping, .. } = self;
         let is_sound = group.is_sound();
         if !is_sound && group.robots.len() > 1 {
             return group
@@ -354,7 +358,8 @@ impl Part<'_> {
             self.move_alone(group);
         } else {
             let (indices, contacts, links) = (group.indices, &mut *group.contacts, &mut *group.links);
-            match island.solve((&mut *group.robots, indices), contacts, links, (gravity, h), interrupt) {
+            let (members, bullet) = ((&mut *group.robots, indices), integrator.bullet());
+            match island.solve(members, contacts, links, (gravity, h), bullet, interrupt) {
                 IslandOutcome::Solved => {}
                 IslandOutcome::Unusable => return self.solve_started(group, island, interrupt),
                 IslandOutcome::Interrupted => return false,

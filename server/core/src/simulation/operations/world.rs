@@ -8,7 +8,7 @@ use crate::simulation::claim::RobotClaims;
 use crate::simulation::command::{PhysicsChange, ResetScope};
 use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
-use crate::simulation::settings::{SUBSTEPS, TIME_STEP};
+use crate::simulation::settings::{Integrator, SUBSTEPS, TIME_STEP};
 use crate::simulation::trajectory::TrajectoryEnd;
 use crate::simulation::{EventKind, Moment, Reply, Simulation, check};
 
@@ -25,6 +25,11 @@ impl Simulation {
         if let Some(parts) = substeps.filter(|parts| !SUBSTEPS.contains(parts)) {
             let (least, most) = SUBSTEPS.into_inner();
             return Err(check::refuse("substeps", parts, format!("it must be between {least} and {most}")));
+        }
+        for (name, value, range) in
+            integrator.and_then(Integrator::bullet).iter().flat_map(|law| law.ranges())
+        {
+            check::within(&format!("bullet_contacts.{name}"), value, range)?;
         }
         let before = self.settings;
         if let Some(seconds) = time_step {

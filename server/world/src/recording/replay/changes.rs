@@ -3,7 +3,7 @@
 use glamx::DVec3;
 use simd_core::simulation::command::{JointProperties, PhysicsChange, Target};
 use simd_core::simulation::published_state::PublishedState;
-use simd_core::{Command, Integrator, SurfaceCombination};
+use simd_core::{BulletContacts, Command, Integrator, SurfaceCombination};
 
 /// Changes, in the order in which they were given.
 #[derive(Clone, Debug, Default)]
@@ -51,7 +51,8 @@ impl Changes {
                 self.physics.integrator = Some(match value {
                     "leapfrog" => Integrator::Leapfrog,
                     "euler" => Integrator::Euler,
-                    _ => return Err(format!("{key} is {value:?}; it must be leapfrog or euler")),
+                    "bullet" => Integrator::Bullet(BulletContacts::default()),
+                    _ => return Err(format!("{key} is {value:?}; it must be leapfrog, euler or bullet")),
                 });
             }
             "surface_combination" => {
@@ -243,7 +244,7 @@ mod tests {
             ("time_step=inf", "must be a number"),
             ("substeps=1.5", "must be a whole number"),
             ("gravity=0,0", "three numbers"),
-            ("integrator=rk4", "leapfrog or euler"),
+            ("integrator=rk4", "leapfrog, euler or bullet"),
             ("surface_combination=average", "min, multiply or max"),
             ("elbow.stiffness=1", "ROBOT/JOINT."),
             ("arm/elbow.color=1", "gravity_compensation"),

@@ -24,7 +24,7 @@ impl Part<'_> {
         let mut count = 0;
         for mut group in groups {
             self.begin_late(&mut group);
-            if !memory.takes(&mut group) {
+            if self.integrator.bullet().is_some() || !memory.takes(&mut group) {
                 if !self.solve(group, &mut memory.island, interrupt) {
                     return false;
                 }
