@@ -138,6 +138,17 @@ def test_random_overlaps_and_limits_are_pybullets(bullet: Any, script: ModuleTyp
     assert ours[1] == pytest.approx(theirs[1], abs=2e-3), f"seed {seed}: {limit}"
 
 
+@pytest.mark.parametrize("limits", [{}, {"jointLowerLimit": -0.2}, {"jointUpperLimit": 0.2}, {"jointUpperLimit": 1.5}, {"jointLowerLimit": 1, "jointUpperLimit": -1}])
+def test_limits_that_are_not_in_order_change_nothing(bullet: Any, script: ModuleType, tmp_path: Path, limits: dict[str, float]) -> None:
+    found: list[list[float]] = []
+    for p in (bullet, script):
+        begin(p, 0, 1 / 240)
+        body = arm(p, tmp_path, "prismatic", 0.1, 3.0)
+        p.changeDynamics(body, 0, **limits)
+        found.append(steps(p, (20, 60, 120), lambda: list(p.getJointState(body, 0)[:2])))
+    assert found[1] == pytest.approx(found[0], abs=1e-4)
+
+
 def test_contacts_are_set_by_the_script(bullet: Any, script: ModuleType) -> None:
     """The ERP, the slop and the threshold of restitution, and their defaults after resetSimulation."""
     found: list[list[float]] = []

@@ -148,9 +148,9 @@ def slid_and_bounced(module: Any) -> "list[float]":
 def test_frictions_and_restitutions_of_two_are_multiplied(script: ModuleType, bullet: Any) -> None:
     ours, theirs = slid_and_bounced(script), slid_and_bounced(bullet)
     assert ours[:3] == pytest.approx(theirs[:3], rel=0.01)
-    # PyBullet loses a little at each rebound.
-    assert ours[3:] == pytest.approx(theirs[3:], abs=0.05)
-    assert ours[3:] == pytest.approx([0.0, 0.54**2, 0.9**2], abs=0.002)
+    # Each rebound loses a little.
+    assert ours[3:] == pytest.approx(theirs[3:], abs=1e-4)
+    assert ours[3:] == pytest.approx([0.0, 0.54**2, 0.9**2], abs=0.05)
     # The closed form: g (sin a - mu cos a) t with the product of both frictions.
     assert ours[:3] == pytest.approx([9.81 * (0.5646 - friction * 0.5 * 0.8253) for friction in (0.1, 0.5, 0.9)], rel=0.01)
 
@@ -166,9 +166,9 @@ def test_a_contact_with_stiffness_is_a_spring_as_in_pybullet(script: ModuleType,
         for _ in range(480):
             module.stepSimulation()
         depths.append(0.1 - module.getBasePositionAndOrientation(ball)[0][2])
-    # Hooke's law.
-    assert depths == pytest.approx([2 * 9.81 / 2000] * 2, abs=2e-4)
-    assert depths[0] == pytest.approx(2 * 9.81 / 2000, abs=1e-7)
+    # Hooke's law, from Bullet's slop on.
+    assert depths[0] == pytest.approx(2 * 9.81 / 2000 + 1e-5, abs=1e-7)
+    assert depths[0] == pytest.approx(depths[1], abs=1e-5)
 
 
 def test_springs_beyond_what_can_be_are_as_stiff_as_can_be(script: ModuleType, resting: "tuple[int, int]") -> None:
@@ -182,8 +182,8 @@ def test_springs_beyond_what_can_be_are_as_stiff_as_can_be(script: ModuleType, r
     script.changeDynamics(box, -1, mass=4.0)
     for _ in range(480):
         script.stepSimulation()
-    # Hooke's law, of four corners.
-    assert 0.1 - script.getBasePositionAndOrientation(box)[0][2] == pytest.approx(4 * 9.81 / (4 * 3000), abs=1e-7)
+    # Hooke's law, of four corners, from Bullet's slop on.
+    assert 0.1 - script.getBasePositionAndOrientation(box)[0][2] == pytest.approx(4 * 9.81 / (4 * 3000) + 1e-5, abs=1e-7)
     script.changeDynamics(box, -1, contactStiffness=-1, contactDamping=-1)
     for _ in range(480):
         script.stepSimulation()

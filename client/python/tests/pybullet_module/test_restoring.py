@@ -245,9 +245,12 @@ def test_a_joint_that_was_beyond_its_limit_is_there_again(script: ModuleType, tm
     script.restoreState(kept)
     step(script, 5)
     assert script.getJointState(body, 0)[0] == pytest.approx(2.5)
-    # It returns, and then its limit holds.
+    # It returns, and then its limit holds: as in PyBullet, it comes back from a little beyond.
     script.resetJointState(body, 0, 2.5, -6.0)
     step(script, 60)
     script.resetJointState(body, 0, 1.5, 6.0)
-    step(script, 60)
-    assert script.getJointState(body, 0)[0] == pytest.approx(2.0, abs=1e-3)
+    farthest = 0.0
+    for _ in range(60):
+        step(script, 1)
+        farthest = max(farthest, script.getJointState(body, 0)[0])
+    assert 2.0 <= farthest < 2.04

@@ -239,12 +239,11 @@ def _set_joint(
     properties = request.joints.add(joint=joint.name)
     if damping is not None:
         properties.damping = joint.damping = float(damping)
-    old = joint.limits
-    new = (lower if lower is not None else old[0], upper if upper is not None else old[1], *old[2:])
-    if new != old:
-        # In PyBullet a lower limit above the upper one means no limits.
-        free = new[0] is not None and new[1] is not None and new[0] > new[1]
-        joint.limits = (None, None, new[2], new[3]) if free else new
+    # As in PyBullet, a missing lower limit is 1 and a missing upper one -1. Limits in the wrong order change nothing.
+    low, high = 1.0 if lower is None else float(lower), -1.0 if upper is None else float(upper)
+    new = (low, high, *joint.limits[2:])
+    if low <= high and new != joint.limits:
+        joint.limits = new
         put_limits(properties.limits, joint.limits)
         world.beyond.pop((body.unique_id, index), None)
     world.wire.call(methods.SetJointProperties, request)
