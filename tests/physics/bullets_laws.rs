@@ -174,6 +174,23 @@ fn links_are_damped_explicitly() {
     }
 }
 
+/// The effort of the velocity at the start of the step, however much that is: (M + h d) would divide it.
+#[test]
+fn joints_are_damped_explicitly() {
+    let h = 0.01;
+    for (damping, inertia) in [(0.5, 1.0 / 3.0), (100.0, 1.0 / 3.0)] {
+        let mut world = bullet(h, 0.0);
+        arm(&mut world, JointKind::Continuous, JointLimits::default(), (0.0, 2.0));
+        let joint = "joint-1".into();
+        let joints = vec![JointProperties { joint, damping: Some(damping), ..JointProperties::default() }];
+        apply(&mut world, Command::SetJointProperties { robot: "robot".into(), joints });
+        world.step();
+        let expected = 2.0 * (1.0 - h * damping / inertia);
+        let found = look(&world).velocities[0];
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+    }
+}
+
 #[test]
 fn contacts_that_cannot_be_are_refused_by_name() {
     let mut world = bullet(1e-3, 0.0);

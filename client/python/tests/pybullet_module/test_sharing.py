@@ -312,7 +312,7 @@ def test_settings_that_stay_with_robots_are_said(
     p.loadURDF(str(BENCH_ARM), useFixedBase=1)
     p.disconnect()
     said = capsys.readouterr().err
-    assert "a time step of 0.00416667 s, Euler, products of frictions and gravity (0, 0, 0); " in said
+    assert "a time step of 0.00416667 s, Bullet's laws, products of frictions and gravity (0, 0, 0); " in said
     assert "before it had a time step of 0.001 s, leapfrog, the smaller of two frictions" in said
     assert settings(daemon)[:2] == (1 / 240, 0.0)
     # The next one is a guest of those robots, and changes nothing at its end.

@@ -462,7 +462,10 @@ impl<R: Real, Saturated> Drive<R, Saturated> {
         if integrator != Integrator::Leapfrog {
             let at = Implicitness::splat(h, Implicitness::BACKWARD);
             let of_law = is_saturated.select(zero, self.resistance_of_law(h, at));
-            return (at, at, (own + joint.resistance(h, at) + of_law, h.splat(1.0)));
+            // Bullet's damping of joints is explicit: it is an effort only.
+            let damping = if integrator.bullet().is_some() { zero } else { joint.damping };
+            let of_joint = OwnForces { damping, ..*joint }.resistance(h, at);
+            return (at, at, (own + of_joint + of_law, h.splat(1.0)));
         }
         let inertia = own + joint.armature;
         let of_joint = joint.stiffness_of_step(h);
