@@ -351,11 +351,13 @@ pub struct SpawnEntityRequest {
     #[prost(bool, tag = "18")]
     pub stays_awake: bool,
     /// Moves the robot along y, if necessary, until it stands next to all others. It is then 0.2 m to the
-    /// left of the box around their collision shapes and link origins. Planes, and objects wider than 10 m
-    /// along x and y, are ground and do not count. Robots of one file are moved together.
+    /// left of the box around their shapes and link origins. Visuals of a link count if it has no
+    /// collision shapes. Planes, and objects wider than 10 m along x and y, are ground and do not count.
+    /// Robots of one file are moved together.
     #[prost(bool, tag = "19")]
     pub beside_others: bool,
-    /// Raises the robot, if necessary, until its collision shapes are above z = 0.
+    /// Raises the robot, if necessary, until its shapes are above z = 0. Visuals of a link count if it
+    /// has no collision shapes.
     #[prost(bool, tag = "20")]
     pub on_ground: bool,
 }
@@ -11930,6 +11932,9 @@ pub struct JoinLockstepRequest {
     pub until_disconnect: bool,
     #[prost(string, tag = "3")]
     pub request_id: ::prost::alloc::string::String,
+    /// From ClaimJoints: while the world is claimed, only the holder of that claim joins.
+    #[prost(string, tag = "4")]
+    pub claim: ::prost::alloc::string::String,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct JoinLockstepResponse {
