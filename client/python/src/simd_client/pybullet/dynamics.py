@@ -179,7 +179,7 @@ def changeDynamics(
     if activationState is not None:
         _set_activation(world, body, int(activationState))
     if jointLimitForce is not None:
-        world.say_once("changeDynamics: jointLimitForce does nothing: limits are hard stops")
+        world.say_once("changeDynamics: jointLimitForce does nothing: limits keep their maximum of 100 N m s per step")
     if mass is not None or localInertiaDiagonal is not None:
         _set_mass(world, body, linkIndex, mass, localInertiaDiagonal)
         body = world.bodies[bodyUniqueId]
