@@ -113,7 +113,10 @@ async fn an_answer_beyond_what_may_be_unread_is_refused_and_smaller_ones_continu
         assert!(refused.to_string().contains("service.unread_bytes"), "{refused}");
         daemon.client.joint_states(Vec::new()).await.unwrap();
     }
-    assert_eq!(daemon.running.handle.unread_answers().bytes(), 0, "what was refused is not kept");
+    // Refused answers are not kept. The client may have an answer before the daemon knows that it was sent.
+    while daemon.running.handle.unread_answers().bytes() > 0 {
+        tokio::task::yield_now().await;
+    }
 }
 
 crate::over_every_transport![

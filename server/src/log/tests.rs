@@ -134,7 +134,9 @@ fn a_reader_that_is_gone_makes_no_writer_fail() {
         log.make_writer().write_all(b"a line without a reader\n").unwrap();
     }
     assert!(log.flush(Duration::from_secs(60)));
-    assert_eq!(log.0.lock().lost, 100);
+    // Notices of the loss, between two lines, are lost too.
+    let lost = log.0.lock().lost;
+    assert!((100..200).contains(&lost), "{lost}");
 }
 
 #[test]
