@@ -37,6 +37,8 @@ test("after a restart of the daemon the robots that the page has brought in are 
   await tab.page.getByTestId("folder-input").first().setInputFiles(resolve(REPOSITORY, "tests/assets/Two Link.v2"));
   await tab.page.getByTestId("load-now").click();
   await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(2);
+  // States may show a robot before the answer of its call, which the page remembers.
+  await tab.page.getByTestId("toast").filter({ hasText: /two_link/ }).first().waitFor();
   await first.kill();
   await tab.page.getByTestId("banner").waitFor();
   const second = await use.daemon(Daemon.again(["--gravity", "0,0,0"], first));
