@@ -200,9 +200,9 @@ bench: test-data viewer
 	$(CARGO) bench --locked --profile release --workspace --bench figures --features simd-tests/jemalloc
 	python3 -m venv target/bench-venv
 	target/bench-venv/bin/pip install --quiet -r tests/reference/peers/requirements.txt
-	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/peers.py
-	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/lidar_peers.py
-	CARGO="$(CARGO)" PROFILE=release target/bench-venv/bin/python tests/reference/residual_peers.py
+	CARGO="$(CARGO)" PROFILE=release FEATURES=simd-tests/jemalloc target/bench-venv/bin/python tests/reference/peers.py
+	CARGO="$(CARGO)" PROFILE=release FEATURES=simd-tests/jemalloc target/bench-venv/bin/python tests/reference/lidar_peers.py
+	CARGO="$(CARGO)" PROFILE=release FEATURES=simd-tests/jemalloc target/bench-venv/bin/python tests/reference/residual_peers.py
 
 # Rollouts: beside `mujoco.rollout`, as environments beside gymnasium's of MuJoCo, for controllers in real time, for
 # learners, and shared by daemons of which one is killed. Writes tables, and pictures in target/rollouts, in a quarter

@@ -325,6 +325,8 @@ def build_worker():
     """Builds the bench binary `peers`, and returns its path."""
     cargo = os.environ.get("CARGO", "cargo")
     command = [cargo, "bench", "--locked", "--profile", os.environ.get("PROFILE", "dev"), "--workspace", "--bench", "peers", "--no-run"]
+    # Other features than those of an existing build would compile the daemon again.
+    command += ["--features", os.environ["FEATURES"]] if "FEATURES" in os.environ else []
     built = subprocess.run([*command, "--message-format=json"], cwd=REPOSITORY, stdout=subprocess.PIPE, check=True)
     for line in built.stdout.splitlines():
         message = json.loads(line)

@@ -29,6 +29,7 @@ def ask(repository, folder, requests):
 @functools.cache
 def build(repository):
     command = [CARGO, "bench", "--locked", "--profile", os.environ.get("PROFILE", "dev"), "--workspace", "--bench", "truth", "--no-run"]
+    command += ["--features", os.environ["FEATURES"]] if "FEATURES" in os.environ else []
     built = subprocess.run([*command, "--message-format=json"], cwd=repository, stdout=subprocess.PIPE, check=True)
     for line in built.stdout.splitlines():
         message = json.loads(line)
