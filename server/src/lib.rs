@@ -5,6 +5,7 @@
 //! * [`embedded`]: a world within another program, without a socket.
 //! * [`daemon`]: the whole daemon, from start to drain.
 //! * [`grpc`]: services over HTTP/2 and gRPC-Web, and the port.
+//! * `connect`: the services in JSON.
 //! * [`http`], [`zenoh`], [`ros2`]: the page, Zenoh, a node on a ROS 2 graph. `absent` replaces the last two
 //!   in a build without their features.
 //! * [`replay`]: `simd replay`. [`zenoh_acl`]: `simd zenoh-acl`.
@@ -14,6 +15,7 @@
 
 pub mod authority;
 pub mod config;
+mod connect;
 pub mod daemon;
 pub mod embedded;
 pub mod grpc;

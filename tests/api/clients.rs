@@ -11,6 +11,7 @@ fn transport(via: Via) -> &'static str {
         Via::Handle => "handle",
         Via::Grpc => "grpc",
         Via::Web => "grpc-web",
+        Via::Json => "json",
         Via::Zenoh => "zenoh",
     }
 }

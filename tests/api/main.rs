@@ -19,6 +19,7 @@ mod control;
 mod history;
 mod hostile;
 mod http;
+mod json;
 mod kinematics;
 mod limited_tokens;
 mod limits;
@@ -77,6 +78,11 @@ macro_rules! over_every_transport {
             #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
             async fn over_grpc_web() {
                 super::$test(Via::Web).await;
+            }
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn in_json() {
+                super::$test(Via::Json).await;
             }
 
             #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -8,8 +8,9 @@ use prost::Message as _;
 use simd_client::proto::{GetAssetRequest, Marker, MarkerLines, UploadAssetRequest, marker};
 use simd_client::{Client, Target, joint_target};
 use simd_model::robot::Sha256;
+use simd_proto::methods;
 use simd_proto::raw::RawCodec;
-use simd_tests::network;
+use simd_tests::{json, network};
 use simd_tests::process::{Home, Process, soon};
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt as _};
 use tokio::net::{TcpStream, UnixStream};
@@ -150,9 +151,10 @@ async fn ask_http1(daemon: &Process, media_type: &str, asked: &[(&str, Vec<u8>)]
     let mut held: Held = Vec::new();
     for number in 0..CALLS as usize {
         let (path, message) = &asked[number % asked.len()];
-        let message = match media_type.contains("text") {
-            true => base64(&framed(message)),
-            false => framed(message),
+        let message = match media_type {
+            "application/json" => in_json(path, message),
+            _ if media_type.contains("text") => base64(&framed(message)),
+            _ => framed(message),
         };
         let length = message.len();
         let head = format!(
@@ -163,6 +165,12 @@ async fn ask_http1(daemon: &Process, media_type: &str, asked: &[(&str, Vec<u8>)]
         held.push(Box::new(stream));
     }
     held
+}
+
+fn in_json(path: &str, message: &[u8]) -> Vec<u8> {
+    let (service, method) = methods::parse_path(path).unwrap();
+    let method = methods::find(service, method).unwrap();
+    json::to_json(&method.request, message.to_vec().into()).unwrap()
 }
 
 fn base64(bytes: &[u8]) -> Vec<u8> {
@@ -213,6 +221,13 @@ async fn answers_to_pages_stay_within_their_budget() {
 async fn answers_to_pages_in_base64_stay_within_their_budget() {
     let mut attacked = Attacked::start().await;
     let _held = ask_http1(&attacked.daemon, "application/grpc-web-text+proto", &attacked.asked).await;
+    attacked.withstands(CALLS).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn answers_in_json_stay_within_their_budget() {
+    let mut attacked = Attacked::start().await;
+    let _held = ask_http1(&attacked.daemon, "application/json", &attacked.asked).await;
     attacked.withstands(CALLS).await;
 }
 

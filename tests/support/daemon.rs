@@ -8,7 +8,7 @@ use simd_server::config::{Config, Zenoh};
 use simd_server::daemon::{self, Running};
 use simd_world::handle::{RunState, Transport};
 
-use crate::web;
+use crate::{json, web};
 
 /// Transport between a client and the daemon: guarantees are the same over all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +19,8 @@ pub enum Via {
     Grpc,
     /// Over gRPC-Web and HTTP/1.1, as from a browser.
     Web,
+    /// In JSON over HTTP/1.1, as from curl.
+    Json,
     /// Over Zenoh. Needs a runtime of the multi-thread flavor.
     Zenoh,
 }
@@ -95,6 +97,7 @@ async fn another(via: Via, running: &Running) -> Client {
     let endpoint = match via {
         Via::Handle => return Client::within(service::routes(&running.handle, Transport::Handle)),
         Via::Web => return web::client(running.address),
+        Via::Json => return json::client(running.address),
         Via::Grpc => running.address.to_string(),
         Via::Zenoh => running.locators().first().cloned().unwrap_or_default(),
     };

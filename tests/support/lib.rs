@@ -4,6 +4,7 @@ pub mod contact_figures;
 pub mod contact_scene;
 pub mod daemon;
 pub mod http;
+pub mod json;
 pub mod network;
 pub mod pictures;
 pub mod process;

@@ -22,19 +22,26 @@ const CONNECTIONS: usize = 48;
 
 /// Returns a client over gRPC-Web with separate connections.
 pub fn client(address: SocketAddr) -> Client {
-    let mut connector = HttpConnector::new();
-    // A request is small and must not wait for the next one to fill a packet.
-    connector.set_nodelay(true);
-    let http = HttpClient::builder(TokioExecutor::new()).build(connector);
-    let asking = Arc::new(Semaphore::new(CONNECTIONS));
-    Client::within(Web { http: GrpcWebClientService::new(http), asking, address })
+    Client::within(Web::new(address))
 }
 
+/// Services of a daemon over gRPC-Web.
 #[derive(Clone)]
-struct Web {
+pub(crate) struct Web {
     http: GrpcWebClientService<HttpClient<HttpConnector, GrpcWebCall<Body>>>,
     asking: Arc<Semaphore>,
     address: SocketAddr,
+}
+
+impl Web {
+    pub(crate) fn new(address: SocketAddr) -> Self {
+        let mut connector = HttpConnector::new();
+        // A request is small and must not wait for the next one to fill a packet.
+        connector.set_nodelay(true);
+        let http = HttpClient::builder(TokioExecutor::new()).build(connector);
+        let asking = Arc::new(Semaphore::new(CONNECTIONS));
+        Self { http: GrpcWebClientService::new(http), asking, address }
+    }
 }
 
 impl Service<http::Request<Body>> for Web {

@@ -9,7 +9,7 @@ import { resolve } from "node:path";
 import { createInterface } from "node:readline";
 
 import { createClient, type Interceptor } from "@connectrpc/connect";
-import { createGrpcWebTransport } from "@connectrpc/connect-web";
+import { createConnectTransport } from "@connectrpc/connect-web";
 import { vi } from "vitest";
 
 import { API_VERSION } from "../src/daemon/version";
@@ -57,7 +57,8 @@ export class Daemon {
     private readonly child: ChildProcess,
     private readonly home: string,
   ) {
-    const transport = createGrpcWebTransport({ baseUrl: url, interceptors: [identify] });
+    // JSON: a client of the protocol that nobody here wrote.
+    const transport = createConnectTransport({ baseUrl: url, interceptors: [identify] });
     this.simulation = createClient(SimulationService, transport);
     this.joints = createClient(JointService, transport);
     this.entities = createClient(EntityService, transport);

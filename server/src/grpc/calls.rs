@@ -21,6 +21,7 @@ use tonic::Status;
 use super::activity::{Activity, Call};
 use super::deadline::{Deadline, StreamEnd};
 use crate::config::Connections;
+use crate::connect;
 use simd_api::service::status::Explained;
 use simd_api::service::unread::{Flowing, Holding};
 use simd_world::SimHandle;
@@ -91,6 +92,7 @@ impl Recount {
             "/healthz" | "/readyz" | "/metrics" => Self::Never,
             path if path.starts_with("/grpc.health.") => Self::Never,
             _ if media.is_some_and(|media| media.starts_with(b"application/grpc-web-text")) => Self::Always,
+            _ if connect::is_json(request.headers()) => Self::Always,
             _ => Self::Uncounted,
         }
     }
@@ -118,12 +120,12 @@ fn count(handle: &SimHandle, reader: &Reader, response: Response) -> Response {
     }
 }
 
-/// Returns whether the method takes an unlimited number of requests for an unlimited time. HTTP/1.1 has none:
-/// browsers send a request as a whole.
+/// Returns whether the method takes an unlimited number of requests for an unlimited time. HTTP/1.1 and JSON have
+/// none: they send a request as a whole.
 fn is_stream(request: &Request) -> bool {
     let media = request.headers().get(header::CONTENT_TYPE).map(|media| media.as_bytes());
     let is_web = media.is_some_and(|media| media.starts_with(b"application/grpc-web"));
-    if request.version() != Version::HTTP_2 || is_web {
+    if request.version() != Version::HTTP_2 || is_web || connect::is_json(request.headers()) {
         return false;
     }
     let path = request.uri().path();

@@ -14,6 +14,7 @@ use axum::http::{HeaderMap, StatusCode, Version};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
+use crate::connect;
 use simd_world::handle::Transport;
 
 /// Policy that lets the page load from and connect to its own daemon only. three.js makes pictures and reads
@@ -96,6 +97,8 @@ pub(super) async fn guard(
         Ok(()) => {
             if is_web {
                 request.extensions_mut().insert(Transport::GrpcWeb);
+            } else if connect::is_json(request.headers()) {
+                request.extensions_mut().insert(Transport::Json);
             }
             next.run(request).await
         }

@@ -3,16 +3,18 @@
 //! * Here: the routes.
 //! * `guard`: access checks for browsers, and their security headers.
 //! * `login`: the page's token, and the client that a request counts for.
+//! * `api_page`: the methods as OpenAPI, and a page to try them.
 //! * `bundle`: the page itself. `fallback` has the simpler page.
 //! * `files`: meshes, colliders and files by their hash; the former two as glTF.
 //! * `robots`: robots as JSON and as URDF.
 //! * `metrics`: endpoints for operators.
 //! * `caching`: caching by browsers.
 //!
-//! Its own routes change nothing: the page speaks gRPC-Web, which calls the same services. No path of a
+//! Its own routes change nothing: the page speaks gRPC-Web, and other programs JSON, which call the same services. No path of a
 //! request is ever joined to a path of a disk. Files are looked up by their hash, and the page's files in a
 //! table.
 
+mod api_page;
 mod bundle;
 mod caching;
 mod files;
@@ -40,6 +42,7 @@ pub use self::bundle::Bundle;
 pub use self::guard::{FrameAncestors, Hosts};
 pub use self::ways::ZenohWays;
 
+use crate::connect::JsonLayer;
 use simd_world::SimHandle;
 use simd_world::handle::CallError;
 
@@ -81,13 +84,18 @@ pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -
         .route_layer(middleware::from_fn_with_state(handle.clone(), login::check))
         .route("/assets/{*name}", get(files::asset))
         .route("/.well-known/simd.json", get(ways::ways))
+        .route("/openapi.json", get(api_page::openapi))
+        .route("/api", get(api_page::moved))
+        .route("/api/", get(api_page::page))
+        .route("/api/api.js", get(api_page::script))
+        .route("/api/api.css", get(api_page::style))
         .route("/healthz", get(metrics::health))
         .route("/readyz", get(metrics::readiness))
         .route("/login", post(login::log_in).delete(login::log_out))
         .fallback(other)
         .with_state(page)
         // Only on the services: elsewhere it refuses other requests than gRPC.
-        .merge(services.route_layer(GrpcWebLayer::new()).reset_fallback())
+        .merge(services.route_layer(GrpcWebLayer::new()).route_layer(JsonLayer).reset_fallback())
         .layer(middleware::from_fn_with_state((hosts, frame_ancestors), guard::guard))
 }
 

@@ -25,6 +25,8 @@ pub enum Transport {
     Grpc,
     /// Over gRPC-Web, from a browser.
     GrpcWeb,
+    /// In JSON, by the Connect protocol.
+    Json,
     /// Over Zenoh.
     Zenoh,
     /// Within the daemon's own process.
@@ -37,6 +39,7 @@ impl Transport {
         match self {
             Self::Grpc => "grpc",
             Self::GrpcWeb => "grpc-web",
+            Self::Json => "json",
             Self::Zenoh => "zenoh",
             Self::Handle => "handle",
         }
