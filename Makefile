@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo demo-build dist dist-check dist-test release camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun python-blocking docs test-web test-browsers chromium firefox pairs test-data build lint lint-text clippy clippy-features nextest bench rollouts soak truth wide scenes fuzz reference clean
+.PHONY: demo demo-build dist dist-check dist-test release camera vulkan web viewer test test-build test-rust test-python schema python-embedded test-rerun test-ray python-blocking docs test-web test-browsers chromium firefox pairs test-data build lint lint-text clippy clippy-features nextest bench rollouts soak truth wide scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: demo-build
@@ -101,6 +101,20 @@ target/rerun-venv/installed: client/python/readers/requirements.txt $(PYTHON_CLI
 	python3 -m venv target/rerun-venv
 	target/rerun-venv/bin/pip install --quiet --disable-pip-version-check -r client/python/readers/requirements.txt
 	target/rerun-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
+	@touch $@
+
+# Worlds on a Ray cluster of two nodes on this machine, one of which is killed. Its installation takes 0.5 GB, so
+# `make test` does not include it.
+RAY_PLATLIB = $$(target/ray-venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))')
+test-ray: target/ray-venv/installed
+	$(CARGO) build --locked --workspace --all-targets
+	cp $(BIN)/libsimd_embedded.so "$(RAY_PLATLIB)/simd_embedded.abi3.so"
+	cd client/python && ../../target/ray-venv/bin/python -m pytest cluster
+
+target/ray-venv/installed: client/python/cluster/requirements.txt $(PYTHON_CLIENT)
+	python3 -m venv target/ray-venv
+	target/ray-venv/bin/pip install --quiet --disable-pip-version-check -r client/python/cluster/requirements.txt
+	target/ray-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
 	@touch $@
 
 # The blocking Python client, which is generated from the asyncio client and committed.
@@ -204,9 +218,8 @@ bench: test-data viewer
 	CARGO="$(CARGO)" PROFILE=release FEATURES=simd-tests/jemalloc target/bench-venv/bin/python tests/reference/lidar_peers.py
 	CARGO="$(CARGO)" PROFILE=release FEATURES=simd-tests/jemalloc target/bench-venv/bin/python tests/reference/residual_peers.py
 
-# Rollouts: beside `mujoco.rollout`, as environments beside gymnasium's of MuJoCo, for controllers in real time, for
-# learners, and shared by daemons of which one is killed. Writes tables, and pictures in target/rollouts, in a quarter
-# of an hour.
+# Rollouts: beside `mujoco.rollout`, as environments beside gymnasium's of MuJoCo, for controllers in real time, and for
+# learners. Writes tables, and pictures in target/rollouts, in a quarter of an hour.
 ROLLOUT_BENCH = SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" target/rollouts-venv/bin/python client/python/benches
 rollouts: build target/rollouts-venv/installed
 	$(ROLLOUT_BENCH)/mujoco_rollouts.py
@@ -214,7 +227,6 @@ rollouts: build target/rollouts-venv/installed
 	$(ROLLOUT_BENCH)/learning_env.py --robot a1
 	$(ROLLOUT_BENCH)/control.py
 	$(ROLLOUT_BENCH)/learners.py
-	$(ROLLOUT_BENCH)/shared_rollouts.py --copies 8192
 
 target/rollouts-venv/installed: client/python/benches/rollouts_requirements.txt $(PYTHON_CLIENT)
 	python3 -m venv target/rollouts-venv

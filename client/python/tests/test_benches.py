@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -51,9 +50,3 @@ def test_learners_learn_and_draw_their_curves(tmp_path: Path) -> None:
     # A copy walks like the world.
     assert "as its copy, to the bit: True" in said, said
     assert is_png(picture)
-
-
-@pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="each daemon has a processor of its own")
-def test_a_shared_rollout_is_timed_with_a_daemon_killed() -> None:
-    said = run("shared_rollouts.py", "--copies", "4096", "--calls", "1", "--killed", "1")
-    assert "equal to the bit: True" in said and "one of two killed" in said, said

@@ -144,4 +144,4 @@ def test_the_notebook_is_executed(daemon: Daemon, tmp_path: Path) -> None:
 
 def test_every_example_is_tested() -> None:
     # Examples outside the list have separate tests.
-    assert {path.stem for path in EXAMPLES.glob("*.py")} == {*SAID, "foxglove_live", "reaching"}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == {*SAID, "foxglove_live", "ray_worlds", "reaching"}

@@ -17,7 +17,7 @@ PROJECT = Path(__file__).parents[1] / "pyproject.toml"
 def test_commands_have_the_versions_of_the_extras() -> None:
     section = PROJECT.read_text().split("[project.optional-dependencies]\n")[1].split("\n[")[0]
     brought = dict(re.findall(r'^(\w+) = \["(.*)"\]$', section, flags=re.MULTILINE))
-    for name, command in [("xacro", extras.XACRO), ("plot", extras.PLOT), ("notebook", extras.NOTEBOOK), ("gym", extras.GYM)]:
+    for name, command in [("xacro", extras.XACRO), ("plot", extras.PLOT), ("notebook", extras.NOTEBOOK), ("gym", extras.GYM), ("ray", extras.RAY)]:
         assert command == f"pip install '{brought[name]}'"
 
 

@@ -111,13 +111,6 @@ async def _answers(link: Link, asked: tuple[AnyMethod, bytes], seconds: float) -
     return True
 
 
-async def together(works: Sequence[Callable[[], Awaitable[None]]]) -> None:
-    """Does several works concurrently. Once all have ended it raises the first exception."""
-    for ended in await asyncio.gather(*(work() for work in works), return_exceptions=True):
-        if ended is not None:
-            raise ended
-
-
 async def in_thread(do: Callable[[], Result]) -> Result:
     """Does slow disk work of this machine without blocking the event loop."""
     return await asyncio.to_thread(do)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from simd_client import proto
 from simd_client.aio.recording import Recording
@@ -49,17 +47,6 @@ class SavedStates(Rollouts):
         request = proto.ImportSavedStateRequest(sha256=sha256, name=name, take_over=take_over)
         answer = await self.call_until_silent(methods.ImportSavedState, request)
         return saved_state_from_proto(answer.saved_state)
-
-    async def share_state(
-        self, saved_state: str | SavedState, daemons: Sequence[SavedStates], *, take_over: bool = False
-    ) -> None:
-        """Copies a saved state, with the descriptions and meshes of its robots, into the memory of other
-        daemons under the same name. A shared `rollout` needs such copies. The worlds of those daemons do not
-        change. Raises the errors of `export_saved_state` and `import_saved_state`."""
-        with TemporaryDirectory(prefix="simd-") as folder:
-            path = await self.export_saved_state(saved_state, Path(folder) / "shared.simdstate")
-            for daemon in daemons:
-                await daemon.import_saved_state(path, _name(saved_state), take_over=take_over)
 
     async def saved_states(self) -> list[SavedState]:
         """Returns the saved states, oldest first."""

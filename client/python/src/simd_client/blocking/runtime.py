@@ -22,7 +22,6 @@ __all__ = [
     "query_until_silent",
     "replies",
     "sleep",
-    "together",
 ]
 
 LONGEST = 3_600.0
@@ -116,31 +115,6 @@ def _answers(link: Link, asked: tuple[AnyMethod, bytes], seconds: float) -> bool
     except (DeadlineExceeded, Unavailable):
         return False
     return True
-
-
-def together(works: Sequence[Callable[[], None]]) -> None:
-    """Does several works concurrently: the first on this thread, each other one on a separate thread that
-    does not keep the program from ending. Once all have ended it raises the first exception."""
-    raised: dict[int, BaseException] = {}
-
-    def do(index: int) -> None:
-        try:
-            works[index]()
-        except Exception as error:
-            raised[index] = error
-
-    threads = [
-        threading.Thread(target=do, args=(index,), name="simd_client rollout", daemon=True)
-        for index in range(1, len(works))
-    ]
-    for thread in threads:
-        thread.start()
-    if works:
-        do(0)
-    for thread in threads:
-        thread.join()
-    for index in sorted(raised):
-        raise raised[index]
 
 
 def in_thread(do: Callable[[], Result]) -> Result:

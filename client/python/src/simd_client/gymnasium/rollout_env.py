@@ -56,7 +56,6 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         variations: Sequence[Variation] = (),
         failure: float = -1000.0,
         saved_state: str | SavedState = "",
-        daemons: Sequence[Simulation] = (),
     ) -> None:
         """`joints` are driven by actions, by default all; `limit` bounds actions, for all joints or for each.
         An episode is truncated after `episode` actions.
@@ -67,7 +66,7 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         deviation `spread` to positions and velocities. `variations` are the differences between environments:
         masses, friction, damping, gains. Random ones are drawn again at each reset of all environments, and
         hold until the next one. Each action begins with them, so they cannot be positions and velocities: see
-        `spread`. `daemons` take parts of the copies, as in `Simulation.rollout`: they need `saved_state`.
+        `spread`.
 
         Raises `ValueError` for a variation of positions or velocities.
         """
@@ -92,7 +91,6 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
         self._sources: list[np.random.Generator] = []
         self._failure = failure
         self._saved_state = saved_state
-        self._daemons = tuple(daemons)
         layout = sim.layout(robot.name)
         single = [each for each in layout.joints if each.type in ONE_AXIS and each.mimic is None]
         self._names = [each.name for each in single]
@@ -226,7 +224,6 @@ class RolloutEnv(VectorEnv[FloatArray, FloatArray, npt.NDArray[Any]]):
             record_start=True,
             costs=self._costs,
             saved_state=self._saved_state,
-            daemons=self._daemons,
         )
 
     def _rows(self, found: Rollout, row: int) -> FloatArray:
