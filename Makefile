@@ -79,9 +79,10 @@ test-rust: nextest test-data
 
 # The installed Python client against the built daemon, in two processes because most tests wait.
 PYTEST_ARGS ?= -n 2 --dist loadfile
+PYTEST = SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest $(PYTEST_ARGS)
 test-python: python-embedded
 	cd client/python && ../../target/python-venv/bin/pyright --pythonpath ../../target/python-venv/bin/python
-	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest $(PYTEST_ARGS)
+	cd client/python && $(PYTEST)
 
 # Builds the extension module `simd_embedded` into the place where the Python client's tests find it. It is built with
 # the whole workspace, so that it uses the existing build.
@@ -258,11 +259,14 @@ truth: test-data target/reference-venv/installed
 # * a world on one, two and four threads for 100,000 steps (1,600);
 # * worlds that are saved and restored for 100,000 steps (8,000);
 # * overlapping robots in 300 worlds (10);
-# * 2,000 mutations of each file of the fuzzers' corpus (60).
-wide:
+# * 2,000 mutations of each file of the fuzzers' corpus (60);
+# * each case of a PyBullet script on a daemon too (the first ones), programs that end four at a time (one), examples
+#   that learn until they can (a fifth of it) or run beside what is left, and benches of worlds that play and of learners (none).
+wide: python-embedded
 	EQUAL_STEPS=100000 THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 OVERLAPPING_WORLDS=300 $(CARGO) test --locked --workspace \
 	  --test physics -- --nocapture threads:: constraints::random_trees contradictions:: constraint_attacks:: long_runs put_into_each_other
 	SIMD_MUTATIONS=2000 $(CARGO) test --locked --workspace --test mutations --test saved_state_numbers --test query_numbers
+	cd client/python && SIMD_WIDE=1 $(PYTEST) tests/pybullet_module tests/test_exit.py tests/test_examples.py tests/test_benches.py
 
 # Scenes with contact in simd beside MuJoCo: a picture of each and a table in target/scenes.
 scenes: test-data target/reference-venv/installed

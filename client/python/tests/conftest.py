@@ -6,11 +6,13 @@ import inspect
 import signal
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from daemon import ASSETS, Daemon
 
 import simd_client
-from simd_client import Robot, Simulation, embedded_link
+from simd_client import Integrator, Pace, Physics, Robot, Simulation, SurfaceCombination, embedded_link
+from simd_client.pytest.worlds import empty
 
 
 # A child of a shell's background job starts with SIGINT ignored, and so would all processes of the tests.
@@ -49,6 +51,18 @@ WAYS = [
     ),
 ]
 
+# Settings of a daemon without options.
+DEFAULTS = Physics(
+    gravity=np.array([0.0, 0.0, -9.81]),
+    time_step=0.001,
+    substeps=1,
+    real_time_factor=1.0,
+    pace=Pace.REAL_TIME,
+    integrator=Integrator.LEAPFROG,
+    surface_combination=SurfaceCombination.MIN,
+    sleeping=True,
+)
+
 
 @pytest.fixture(scope="session")
 def daemon() -> Iterator[Daemon]:
@@ -82,20 +96,7 @@ def sim(request: pytest.FixtureRequest) -> Iterator[Simulation]:
 
 def cleaned(sim: Simulation) -> None:
     """Empties a world and restores its defaults."""
-    sim.pause()
-    sim.reset(time=True, state=True, spawned=True)
-    for saved_state in sim.saved_states():
-        sim.delete_saved_state(saved_state)
-    sim.parameters.remove()
-    sim.view.delete()
-    sim.set_physics(
-        gravity=(0, 0, -9.81),
-        time_step=0.001,
-        substeps=1,
-        real_time_factor=1.0,
-        pace="real_time",
-        integrator="leapfrog",
-    )
+    empty(sim, DEFAULTS)
 
 
 @pytest.fixture

@@ -16,6 +16,8 @@ REPOSITORY = Path(__file__).parents[3]
 ASSETS = REPOSITORY / "tests" / "assets"
 BINARY = Path(os.environ.get("SIMD_BINARY") or REPOSITORY / "target" / "debug" / "simd")
 START_SECONDS = 30.0
+IS_WIDE = bool(os.environ.get("SIMD_WIDE"))
+"""Whether `make wide` runs: also cases that take long and rarely find anything."""
 
 
 class Daemon:

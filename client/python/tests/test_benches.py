@@ -8,6 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from daemon import IS_WIDE
+
+pytestmark = pytest.mark.skipif(not IS_WIDE, reason="the examples show as much: `make wide` runs benches")
 
 BENCHES = Path(__file__).parents[1] / "benches"
 SECONDS = 240.0

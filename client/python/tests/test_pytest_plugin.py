@@ -1,7 +1,9 @@
-"""The plugin of pytest, from a folder with one file of tests, in a separate process."""
+"""The plugin of pytest, from a folder with one file of tests. Sessions run in this process, except those that end
+early: a process of pytest imports for a second."""
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shutil
@@ -9,8 +11,9 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 import xml.etree.ElementTree as xml
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -21,6 +24,7 @@ from simd_client import embedded_link
 
 SECONDS = 120.0
 
+pytest_plugins = ["pytester"]
 pytestmark = pytest.mark.skipif(not embedded_link.is_installed(), reason="simd-embedded is not installed")
 
 # The arm of these tests lies in a folder of theirs.
@@ -41,40 +45,61 @@ def test_nothing_is_there(simd):
 """
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """A folder with an arm, and nothing else."""
-    shutil.copytree(ASSETS / "Two Link.v2", tmp_path / "arm")
-    (described,) = (tmp_path / "arm").rglob("*.urdf")
-    if described != tmp_path / ARM:
-        (tmp_path / ARM).parent.mkdir(parents=True, exist_ok=True)
-        described.rename(tmp_path / ARM)
-    return tmp_path
+Run = Callable[..., tuple[int, str]]
+
+
+def is_of_others(name: str) -> bool:
+    """Whether a variable would tell a session of these tests about another one."""
+    # With bytecode written, as by default: pytest would compile the plugin's package in each process.
+    return name.startswith(("PYTEST_", "SIMD_", "PYTHONDONTWRITEBYTECODE"))
 
 
 def environment() -> dict[str, str]:
     """Returns the variables of a user who has the daemon of the tests."""
-    # With bytecode written, as by default: pytest would compile the plugin's package in each process.
-    others = ("PYTEST_", "SIMD_", "PYTHONDONTWRITEBYTECODE")
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(others)}
+    kept = {name: value for name, value in os.environ.items() if not is_of_others(name)}
     return {**kept, "SIMD_BINARY": str(BINARY.resolve())}
 
 
+@pytest.fixture
+def folder(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working folder, with an arm and nothing else."""
+    shutil.copytree(ASSETS / "Two Link.v2", pytester.path / "arm")
+    (described,) = (pytester.path / "arm").rglob("*.urdf")
+    if described != pytester.path / ARM:
+        (pytester.path / ARM).parent.mkdir(parents=True, exist_ok=True)
+        described.rename(pytester.path / ARM)
+    for name in filter(is_of_others, list(os.environ)):
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("SIMD_BINARY", str(BINARY.resolve()))
+    return pytester.path
+
+
+@pytest.fixture
+def run(folder: Path, pytester: pytest.Pytester, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Runs a file of tests in this process; returns pytest's exit code and output."""
+    # Modules that a session imports first are removed after it.
+    for module in ("matplotlib.backends.backend_agg", "mcap.reader", "mcap_ros2.decoder"):
+        importlib.import_module(module)
+
+    def ran(code: str, *arguments: str) -> tuple[int, str]:
+        if code:
+            (folder / "test_it.py").write_text(code)
+        with warnings.catch_warnings():
+            # A user's session does not have the filters of this one.
+            warnings.simplefilter("default")
+            result = pytester.runpytest_inprocess("-p", "no:cacheprovider", *arguments)
+        # Programs that the session starts write to the process's own output.
+        return int(result.ret), "".join((str(result.stdout), str(result.stderr), *capfd.readouterr()))
+
+    return ran
+
+
 def begun(folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    """Starts pytest in the folder."""
+    """Starts pytest in the folder, in a separate process."""
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
     return subprocess.Popen(
         command, cwd=folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
-
-
-def run(folder: Path, code: str, *arguments: str) -> tuple[int, str]:
-    """Runs a file of tests; returns pytest's exit code and output."""
-    if code:
-        (folder / "test_it.py").write_text(code)
-    ran = begun(folder, *arguments)
-    said, _ = ran.communicate(timeout=SECONDS)
-    return ran.returncode, said
 
 
 def kept(folder: Path) -> set[str]:
@@ -87,8 +112,8 @@ OF_THE_ELBOW = {f"test_it.test_the_elbow_bends/{name}" for name in ("recording.m
 
 
 @pytest.mark.parametrize(("world", "scope"), [("embedded", "test"), ("daemon", "session")])
-def test_a_failed_test_leaves_its_recording_a_plot_and_a_log(folder: Path, world: str, scope: str) -> None:
-    code, said = run(folder, FAILING, f"--simd-world={world}", f"--simd-scope={scope}", "--junit-xml=out/junit.xml")
+def test_a_failed_test_leaves_its_recording_a_plot_and_a_log(folder: Path, run: Run, world: str, scope: str) -> None:
+    code, said = run(FAILING, f"--simd-world={world}", f"--simd-scope={scope}", "--junit-xml=out/junit.xml")
     assert code == 1 and "1 failed, 1 passed" in said, said
     assert re.search(
         r"joint `elbow joint` of `arm` is at 0\.\d+ rad, wanted 1\.571 \(90deg\) within 0\.01, 0\.5 s after the target", said
@@ -102,22 +127,22 @@ def test_a_failed_test_leaves_its_recording_a_plot_and_a_log(folder: Path, world
     properties = xml.parse(folder / "out" / "junit.xml").iter("property")
     assert {each.get("name"): each.get("value") for each in properties} == {"simd-results": str(results)}
     assert f"run it again: pytest --simd-replay {results}/recording.mcap" in said
-    code, said = run(folder, "", "--simd-replay", str(results / "recording.mcap"))
+    code, said = run("", "--simd-replay", str(results / "recording.mcap"))
     assert code == 0 and re.search(r"recording\.mcap: 500 steps, \d+ commands, 2 worlds from 0 s on: equal", said), said
 
 
-def test_a_test_that_passes_leaves_nothing_and_removes_what_it_left_before(folder: Path) -> None:
-    assert run(folder, FAILING)[0] == 1
+def test_a_test_that_passes_leaves_nothing_and_removes_what_it_left_before(folder: Path, run: Run) -> None:
+    assert run(FAILING)[0] == 1
     assert kept(folder) == OF_THE_ELBOW
     passing = FAILING.replace("90deg", "0.5").replace("step(500)", "step(3000)")
-    code, said = run(folder, passing)
+    code, said = run(passing)
     assert code == 0 and not (folder / "simd-results").exists(), said
 
 
-def test_files_of_all_tests_or_of_none_are_kept_on_demand(folder: Path) -> None:
-    assert run(folder, FAILING, "--simd-keep=none")[0] == 1
+def test_files_of_all_tests_or_of_none_are_kept_on_demand(folder: Path, run: Run) -> None:
+    assert run(FAILING, "--simd-keep=none")[0] == 1
     assert kept(folder) == {"test_it.test_the_elbow_bends/log.txt"}
-    assert run(folder, FAILING, "--simd-keep=all", "--simd-folder=all of them/here")[0] == 1
+    assert run(FAILING, "--simd-keep=all", "--simd-folder=all of them/here")[0] == 1
     passed = {f"test_it.test_nothing_is_there/{name}" for name in ("recording.mcap", "log.txt")}
     (folder / "all of them" / "here").rename(folder / "all of them" / "simd-results")
     assert kept(folder / "all of them") == OF_THE_ELBOW | passed
@@ -147,17 +172,16 @@ def test_a_world_that_was_closed_is_opened_again(simd):
 
 
 @pytest.mark.parametrize(("world", "scope"), [("embedded", "session"), ("daemon", "session"), ("daemon", "test")])
-def test_each_test_has_an_empty_world_with_the_configuration(folder: Path, world: str, scope: str) -> None:
+def test_each_test_has_an_empty_world_with_the_configuration(folder: Path, run: Run, world: str, scope: str) -> None:
     (folder / "conftest.py").write_text(
         "import pytest\n\n@pytest.fixture(scope='session')\ndef simd_config():\n    return {'physics.time_step': 0.002}\n"
     )
-    code, said = run(folder, SESSION, f"--simd-world={world}", f"--simd-scope={scope}")
+    code, said = run(SESSION, f"--simd-world={world}", f"--simd-scope={scope}")
     assert code == 0 and "3 passed" in said, said
 
 
-def test_a_daemon_that_died_is_replaced_for_the_next_test(folder: Path) -> None:
+def test_a_daemon_that_died_is_replaced_for_the_next_test(folder: Path, run: Run) -> None:
     code, said = run(
-        folder,
         """
 import os, signal, subprocess, time
 
@@ -186,7 +210,7 @@ def test_it_never_ends(simd):
     for _ in range(1000000):
         simd.step(100)
         pathlib.Path("begun").touch()
-        time.sleep(0.01)
+        time.sleep(0.05)
 """
 
 
@@ -213,7 +237,7 @@ def recordings(folder: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("world", ["embedded", "daemon"])
-def test_a_killed_session_leaves_a_recording_that_is_replayed(folder: Path, world: str) -> None:
+def test_a_killed_session_leaves_a_recording_that_is_replayed(folder: Path, run: Run, world: str) -> None:
     with running(folder, KILLED, f"--simd-world={world}") as process:
         process.kill()
         process.wait()
@@ -221,10 +245,10 @@ def test_a_killed_session_leaves_a_recording_that_is_replayed(folder: Path, worl
     assert left.parent.name.startswith("unfinished-") and left.name == "test_it-py-test_it_never_ends.mcap"
     # The daemon notices the end of its parent, and completes the file.
     until = within()
-    while (run_again := run(folder, "", "--simd-replay", str(left)))[0] != 0 and time.monotonic() < until:
+    while (run_again := run("", "--simd-replay", str(left)))[0] != 0 and time.monotonic() < until:
         pass
     assert "equal" in run_again[1], run_again
-    assert run(folder, "def test_nothing(): pass", "--simd-scope=test")[0] == 0
+    assert run("def test_nothing(): pass", "--simd-scope=test")[0] == 0
     assert recordings(folder) == [], "the next session removes it"
 
 
@@ -235,11 +259,11 @@ def test_an_interrupted_test_keeps_its_files(folder: Path) -> None:
     assert kept(folder) == {f"test_it.test_it_never_ends/{name}" for name in ("recording.mcap", "log.txt")}
 
 
-def test_two_sessions_of_one_folder_disturb_each_other_not(folder: Path) -> None:
+def test_two_sessions_of_one_folder_disturb_each_other_not(folder: Path, run: Run) -> None:
     with running(folder, KILLED) as first:
         (other,) = recordings(folder)
         (folder / "test_other.py").write_text(FAILING)
-        code, said = run(folder, "", "test_other.py")
+        code, said = run("", "test_other.py")
         assert code == 1 and "1 failed, 1 passed" in said, said
         assert other.exists() and first.poll() is None
     assert {file for file in kept(folder) if file.startswith("test_other")} == {
@@ -247,7 +271,7 @@ def test_two_sessions_of_one_folder_disturb_each_other_not(folder: Path) -> None
     }
 
 
-def test_processes_of_xdist_have_a_world_each_and_a_crash_names_its_recording(folder: Path) -> None:
+def test_processes_of_xdist_have_a_world_each_and_a_crash_names_its_recording(folder: Path, run: Run) -> None:
     code = """
 import os, pytest, time
 
@@ -262,7 +286,7 @@ def test_crash(simd):
     time.sleep(1.5)
     os._exit(3)
 """
-    exit_code, said = run(folder, code, "-n2", "--simd-scope=session", "--junit-xml=junit.xml")
+    exit_code, said = run(code, "-n2", "--simd-scope=session", "--junit-xml=junit.xml")
     assert exit_code == 1 and "2 failed, 5 passed" in said, said
     assert "a process ended during a test and has left" in said and "test_it-py-test_crash.mcap" in said, said
     (failed,) = [name for name in kept(folder) if name.endswith("recording.mcap")]
@@ -271,9 +295,8 @@ def test_crash(simd):
     assert value == str((folder / "simd-results" / failed).parent)
 
 
-def test_a_test_that_records_says_so(folder: Path) -> None:
+def test_a_test_that_records_says_so(run: Run) -> None:
     code, said = run(
-        folder,
         """
 import pytest, simd_client
 
@@ -291,26 +314,36 @@ def test_of_its_own(simd):
     assert code == 0, said
 
 
-def test_mistakes_are_said_in_a_sentence(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mistakes_are_said_in_a_sentence(folder: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     without = "def test_it(simd_robot): pass"
-    code, said = run(folder, without)
+    code, said = run(without)
     assert code == 1 and 'pytest.mark.simd_robot("arm.urdf", fixed=True)' in said, said
-    code, said = run(folder, "", "--simd-replay", "nothing.mcap")
-    assert code == 2 and "nothing.mcap" in said, said
-    monkeypatch.setattr(sys.modules[__name__], "BINARY", folder / "no simd")
-    code, said = run(folder, "def test_it(simd): pass", "--simd-world=daemon")
+    # In a separate process, since pytester takes an exit code of 2 for Ctrl-C.
+    replayed = begun(folder, "--simd-replay", "nothing.mcap")
+    said, _ = replayed.communicate(timeout=SECONDS)
+    assert replayed.returncode == 2 and "nothing.mcap" in said, said
+    monkeypatch.setenv("SIMD_BINARY", str(folder / "no simd"))
+    code, said = run("def test_it(simd): pass", "--simd-world=daemon")
     assert code == 1 and "SIMD_BINARY names" in said and "which is not there" in said, said
-    code, said = run(folder, "", "--simd-replay", "nothing.mcap")
+    code, said = run("", "--simd-replay", "nothing.mcap")
     assert code == 4 and "--simd-replay: SIMD_BINARY names" in said, said
 
 
-def test_tests_without_a_world_make_no_folder(folder: Path) -> None:
-    code, said = run(folder, "def test_it(): pass", "-v")
+def test_an_error_of_another_plugin_is_the_only_one(folder: Path, run: Run) -> None:
+    (folder / "conftest.py").write_text(
+        "import pytest\n\n@pytest.hookimpl(tryfirst=True)\ndef pytest_configure():\n    raise pytest.UsageError('no robots today')\n"
+    )
+    code, said = run("def test_it(): pass")
+    assert code == 4 and "no robots today" in said and "KeyError" not in said, said
+
+
+def test_tests_without_a_world_make_no_folder(folder: Path, run: Run) -> None:
+    code, said = run("def test_it(): pass", "-v")
     assert code == 0 and not (folder / "simd-results").exists(), said
 
 
-def test_a_test_of_asyncio_uses_the_world_too(folder: Path) -> None:
-    code, said = run(folder, "async def test_it(simd): assert simd.step(2).stamp.step == 2", "--asyncio-mode=auto")
+def test_a_test_of_asyncio_uses_the_world_too(run: Run) -> None:
+    code, said = run("async def test_it(simd): assert simd.step(2).stamp.step == 2", "--asyncio-mode=auto")
     assert code == 0 and "1 passed" in said, said
 
 

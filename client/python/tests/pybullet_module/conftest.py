@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from daemon import IS_WIDE
 
 import simd_client.pybullet as pybullet
 from simd_client import embedded_link
@@ -59,16 +60,46 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("script", ways, indirect=True)
 
 
+# These check numbers of motions and of files. The calls of a file's first test show that they reach a daemon; steps
+# over a connection take ten times as long.
+OF_NUMBERS = {
+    "test_ball_joints",
+    "test_bullet_mjcf",
+    "test_bodies",
+    "test_bullets_laws",
+    "test_constraints",
+    "test_contacts",
+    "test_convex_parts",
+    "test_dynamics",
+    "test_filters",
+    "test_inertias",
+    "test_inverse_kinematics",
+    "test_joint_info",
+    "test_link_damping",
+    "test_matrices",
+    "test_mesh_places",
+    "test_mjcf",
+    "test_position_targets",
+    "test_reactions",
+    "test_sdf",
+    "test_terrain_files",
+    "test_torques",
+    "test_valleys",
+}
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Only the first case of a test also runs on a daemon: the others say nothing about the connection."""
-    if not embedded_link.is_installed():
+    """Only the first case of a test also runs on a daemon, and only the first test of a file of numbers: the others say
+    nothing about the connection. `make wide` runs all."""
+    if IS_WIDE or not embedded_link.is_installed():
         return
     seen: set[tuple[Path, str]] = set()
     kept: list[pytest.Item] = []
     more: list[pytest.Item] = []
     for item in items:
         way = item.callspec.params.get("script") if isinstance(item, pytest.Function) and hasattr(item, "callspec") else None
-        test = (item.path, getattr(item, "originalname", item.name))
+        of_what = "" if item.path.stem in OF_NUMBERS else getattr(item, "originalname", item.name)
+        test = (item.path, of_what)
         is_twice = item.path.parent == Path(__file__).parent and item.path.stem not in WITH_OTHERS
         is_more = is_twice and way == "--new" and test in seen
         (more if is_more else kept).append(item)

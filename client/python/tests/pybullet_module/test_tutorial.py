@@ -39,9 +39,9 @@ def start(daemon: DaemonProcess, data: str, kind: str, turns: int, ready: int) -
 def run(
     daemon: DaemonProcess, data: str, kind: str, slider: str, value: float
 ) -> tuple[list[str], float, float]:
-    """Moves the slider after 200 of 3,000 turns. Returns the script's output, and position and velocity at
+    """Moves the slider after 20 of 300 turns. Returns the script's output, and position and velocity at
     its end."""
-    process = start(daemon, data, kind, 3000, 200)
+    process = start(daemon, data, kind, 300, 20)
     assert process.stdin is not None and process.stdout is not None
     said: list[str] = []
     with process:

@@ -18,7 +18,7 @@ pybullet.connect(pybullet.GUI)
 pybullet.resetSimulation()
 pybullet.setAdditionalSearchPath(pybullet_data.getDataPath())
 pybullet.setGravity(0, 0, -9.81)
-pybullet.setTimeStep(0.0001)
+pybullet.setTimeStep(0.001)
 robot = pybullet.loadURDF(urdf, [0, 0, 0], useFixedBase=1)
 
 print("joints", pybullet.getNumJoints(robot))

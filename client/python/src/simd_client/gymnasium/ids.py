@@ -65,6 +65,17 @@ def _walk(states: FloatArray, actions: FloatArray) -> FloatArray:
     return np.clip(forward, -1.5, 1.5) - 0.3 * np.abs(aside) - 0.1 * np.abs(turning) - 0.02 * np.square(actions).sum(axis=-1) + 0.3
 
 
+# An arm in a plane, and what it seeks there.
+_ARM = Task(
+    _ROBOTS / "reacher.urdf",
+    fixed=True,
+    joints=("shoulder", "elbow"),
+    time_step=0.005,
+    frame_skip=4,
+    max_episode_steps=100,
+    features=_arm_features,
+)
+
 TASKS: Mapping[str, Task] = {
     # The reward is 1 for each action that keeps the pole up.
     "simd/CartPole-v0": Task(
@@ -80,31 +91,21 @@ TASKS: Mapping[str, Task] = {
         is_over=lambda states: (np.abs(states[..., 1]) > 0.2) | (np.abs(states[..., 0]) > 1.7),
     ),
     # The reward is the negative distance of the tip from a place that differs in each episode.
-    "simd/Reacher-v0": Task(
-        _ROBOTS / "reacher.urdf",
-        fixed=True,
-        joints=("shoulder", "elbow"),
-        time_step=0.005,
-        frame_skip=4,
-        max_episode_steps=100,
+    "simd/Reacher-v0": replace(
+        _ARM,
         spread=0.05,
         ranges={"target_x": (-0.35, 0.35), "target_y": (-0.35, 0.35)},
-        features=_arm_features,
         reward=_reach,
         camera=((0.0, -0.7, 1.2), (0.0, 0.0, 0.0)),
     ),
     # The reward is the negative distance of the puck from its goal, and a part of the distance of the tip from the puck.
-    "simd/Pusher-v0": Task(
-        _ROBOTS / "pusher.urdf",
-        fixed=True,
+    "simd/Pusher-v0": replace(
+        _ARM,
+        description=_ROBOTS / "pusher.urdf",
         load={"self_collision": True},
-        joints=("shoulder", "elbow"),
         joint_positions={"shoulder": -0.9, "elbow": 0.6},
-        time_step=0.005,
-        frame_skip=4,
         max_episode_steps=150,
         ranges={"puck_x": (0.3, 0.4), "puck_y": (0.0, 0.15)},
-        features=_arm_features,
         reward=_push,
         camera=((0.25, -0.6, 1.0), (0.25, 0.1, 0.0)),
     ),

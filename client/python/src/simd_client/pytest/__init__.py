@@ -84,7 +84,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_unconfigure(config: pytest.Config) -> None:
     """Removes all files that are not kept."""
-    config.stash[_RESULTS].close()
+    # There is none if another plugin could not be configured.
+    if _RESULTS in config.stash:
+        config.stash[_RESULTS].close()
 
 
 def pytest_cmdline_main(config: pytest.Config) -> int | None:

@@ -54,7 +54,7 @@ class World:
             return None
         try:
             self._sim = self._sim or self._connected()
-            _empty(self._sim, self._physics)
+            empty(self._sim, self._physics)
         except SimdError:
             self.close()
             return None
@@ -109,8 +109,8 @@ class World:
         return connect(self._daemon.endpoint)
 
 
-def _empty(sim: Simulation, physics: Physics) -> None:
-    """Empties a world and restores its settings."""
+def empty(sim: Simulation, physics: Physics) -> None:
+    """Empties a world, pauses it and restores its settings."""
     sim.pause()
     sim.reset(time=True, state=True, spawned=True)
     for saved_state in sim.saved_states():
