@@ -5812,7 +5812,7 @@ pub struct ClientInfo {
     /// This client is the caller.
     #[prost(bool, tag = "3")]
     pub is_caller: bool,
-    /// `grpc`, `grpc-web`, `zenoh` or `handle`: a program within the daemon's own process.
+    /// `grpc`, `grpc-web`, `json`, `zenoh`, or `handle`: a program within the daemon's own process.
     #[prost(string, tag = "4")]
     pub transport: ::prost::alloc::string::String,
 }
@@ -14031,7 +14031,7 @@ pub struct AuditedCall {
     /// Address and connection, or the session of Zenoh; empty if a query does not name its session.
     #[prost(string, tag = "3")]
     pub peer: ::prost::alloc::string::String,
-    /// `grpc`, `grpc-web` or `zenoh`.
+    /// `grpc`, `grpc-web`, `json` or `zenoh`.
     #[prost(string, tag = "4")]
     pub transport: ::prost::alloc::string::String,
     /// For instance `EntityService/DeleteEntity`.
