@@ -110,9 +110,12 @@ async fn a_request_that_is_not_json_learns_what_to_send() {
         assert_eq!((answer.status, &error["code"]), (501, &json!("unimplemented")), "{error}");
         assert!(error["message"].as_str().unwrap().contains(part), "{error}");
     }
-    let large = format!(r#"{{"robot":"{}"}}"#, "x".repeat(2 << 20));
-    let answer = post(&daemon, "JointService/GetJointLayout", &large).await;
-    assert_eq!((answer.status, &read(&answer)["code"]), (429, &json!("resource_exhausted")));
+    for large in
+        [format!(r#"{{"robot":"{}"}}"#, "x".repeat(17 << 20)), format!("[{}0]", "0,".repeat(600_000))]
+    {
+        let answer = post(&daemon, "JointService/GetJointLayout", &large).await;
+        assert_eq!((answer.status, &read(&answer)["code"]), (429, &json!("resource_exhausted")));
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

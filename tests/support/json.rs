@@ -65,6 +65,7 @@ impl Service<Request<Body>> for Json {
 
 impl Json {
     async fn ask(self, method: &'static Method, request: Request<Body>) -> Result<Response<Body>, Status> {
+        let _asking = self.web.asking.clone().acquire_owned().await;
         let (parts, body) = request.into_parts();
         let mut sent = body.collect().await?.to_bytes();
         sent.advance(sent.len().min(5));
@@ -90,7 +91,20 @@ impl Json {
         parts.headers.remove("content-length");
         parts.headers.insert("content-type", HeaderValue::from_static("application/grpc"));
         if method.gives_many {
-            let body = Body::new(StreamBody::new(frames(method, Text::new(body))));
+            let is_whole = http_body::Body::size_hint(&body).exact().is_some();
+            let mut body = Text::new(body);
+            // A refused stream is its error alone.
+            if is_whole {
+                let bytes =
+                    body.collect().await.map_err(|error| Status::unavailable(error.to_string()))?.to_bytes();
+                if let [2, _, _, _, _, end @ ..] = &bytes[..]
+                    && let Some(error) = serde_json::from_slice::<Value>(end).unwrap_or_default().get("error")
+                {
+                    return Err(status_of(error));
+                }
+                body = Text::from(bytes);
+            }
+            let body = Body::new(StreamBody::new(frames(method, body)));
             return Ok(Response::from_parts(parts, body));
         }
         let text = body.collect().await.map_err(|error| Status::unavailable(error.to_string()))?.to_bytes();

@@ -29,7 +29,8 @@ pub fn client(address: SocketAddr) -> Client {
 #[derive(Clone)]
 pub(crate) struct Web {
     http: GrpcWebClientService<HttpClient<HttpConnector, GrpcWebCall<Body>>>,
-    asking: Arc<Semaphore>,
+    /// Requests that wait for their answer.
+    pub(crate) asking: Arc<Semaphore>,
     address: SocketAddr,
 }
 

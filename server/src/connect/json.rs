@@ -11,6 +11,7 @@ use prost_reflect::{
 use simd_proto::v1::FILE_DESCRIPTOR_SET;
 use tonic::Status;
 
+use super::MAX_VALUES;
 
 /// The compiled schema; empty if it is broken, which a test would show.
 static SCHEMA: LazyLock<DescriptorPool> =
@@ -26,13 +27,18 @@ fn message(name: &str) -> Result<MessageDescriptor, Status> {
     found.ok_or_else(|| Status::internal(format!("the schema has no message {name}")))
 }
 
-/// Encodes a message given as JSON. Nothing at all is an empty message.
+/// Encodes a message given as JSON. Nothing at all is an empty message. Commas separate values, also within texts.
 ///
 /// # Errors
 ///
 /// Returns an error that names the unknown or wrong field with its line.
 pub(super) fn read(name: &str, text: &[u8]) -> Result<Bytes, Status> {
     let text = if text.trim_ascii().is_empty() { b"{}" } else { text };
+    if text.iter().filter(|byte| **byte == b',').count() > MAX_VALUES {
+        return Err(Status::resource_exhausted(format!(
+            "{name} has more than {MAX_VALUES} values: use gRPC"
+        )));
+    }
     let mut reader = serde_json::Deserializer::from_slice(text);
     let options = DeserializeOptions::new().deny_unknown_fields(true);
     let wrong = |error: serde_json::Error| Status::invalid_argument(format!("{name} as JSON: {error}"));

@@ -25,15 +25,16 @@ use axum::response::Response;
 use futures_util::future::BoxFuture;
 use simd_proto::methods::{self, Method};
 use tokio::time::Instant;
-use tonic::Status;
+use tonic::{Code, Status};
 use tower_layer::Layer;
 use tower_service::Service;
 
 use self::frames::Frames;
 pub(crate) use self::openapi::document;
 
-/// Maximum size of a request. Its values take up to 30 times its bytes while it is read, before its token is checked.
-const MAX_REQUEST: usize = 1 << 20;
+/// Maximum size of a request, in bytes and in values. A value takes up to 56 bytes while the request is read.
+const MAX_REQUEST: usize = 16 << 20;
+const MAX_VALUES: usize = 500_000;
 /// Maximum size of a message of an answer, before it is written as JSON.
 const MAX_ANSWER: usize = 4 << 20;
 const UNARY: &str = "application/json";
@@ -151,7 +152,10 @@ impl Call {
         let request = Request::from_parts(parts, Body::from(frames::framed(0, &message)));
         if self.is_stream {
             let response = within(end, services.call(request)).await?.unwrap_or_else(|never| match never {});
-            return Ok(self.stream(response, end));
+            return match Status::from_header_map(response.headers()) {
+                Some(refused) if refused.code() != Code::Ok => Err(refused),
+                _ => Ok(self.stream(response, end)),
+            };
         }
         within(end, async {
             self.unary(services.call(request).await.unwrap_or_else(|never| match never {})).await
