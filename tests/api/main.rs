@@ -16,6 +16,7 @@ mod compounds;
 mod connections;
 mod constraints;
 mod control;
+mod frames;
 mod history;
 mod hostile;
 mod http;

@@ -4,6 +4,7 @@
 //! * `case`: the format of such a file; `meshes`: the mesh files in them.
 //! * `table`: `docs/urdf.md` and the cases name the same things.
 //! * `descriptions`: the same of SDF and MJCF.
+//! * `frames`: sites and frames, as links.
 //! * `limits`: each limit at its value and one past it; `hostile`: files made to harm.
 //! * `mutations`: nothing that is done to a good file makes the reader panic.
 //! * `schemas`: each word of the schemas of SDF and MJCF is read, or named in the report.
@@ -12,6 +13,7 @@
 
 mod case;
 mod descriptions;
+mod frames;
 mod hostile;
 mod limits;
 mod meshes;

@@ -2,7 +2,7 @@
 
     SIMD_BINARY=target/debug/simd target/reference-venv/bin/python tests/reference/free_swing.py FOLDER...
 
-It prints masses, and the largest difference of a joint. It needs `mujoco` and the requirements of the
+It prints masses, and the largest differences of a joint, and of a site at the start. It needs `mujoco` and the requirements of the
 Python client. Each `.xml` below the folders is a model, unless MuJoCo cannot load it. Features that simd
 does not read are switched off in MuJoCo: contacts, limits, dry friction, equalities, actuators, tendons,
 fluids, gravcomp. In simd contacts, limits, dry friction and constraints are switched off. Both begin in
@@ -92,6 +92,7 @@ def swing(path: Path, simulation: Any) -> str:
         simulation.constraints.delete(constraint.name)
     masses = mass_difference(model, robots)
     follows = begin(model, data, robots)
+    sites, apart = site_difference(model, data, robots)
     simulation.step(STEPS)
     for _ in range(STEPS):
         mujoco.mj_step(model, data)
@@ -99,7 +100,7 @@ def swing(path: Path, simulation: Any) -> str:
     for name, difference in differences(model, data, robots, follows):
         if not difference <= worst:
             worst, where = difference, name
-    return f"| {path.name} | {model.nbody - 1} | {model.nv} | {masses:.1e} | {worst:.1e} | {where} |"
+    return f"| {path.name} | {model.nbody - 1} | {model.nv} | {masses:.1e} | {sites} | {apart:.1e} | {worst:.1e} | {where} |"
 
 
 def places(robots: dict[str, Any]) -> dict[str, tuple[Any, slice]]:
@@ -121,6 +122,22 @@ def mass_difference(model: Any, robots: dict[str, Any]) -> float:
     theirs = float(sum(model.body_mass[body] for body in range(1, model.nbody) if top[body] in moves))
     moving = [robot for robot in robots.values() if robot.layout.moving or not robot.info().is_fixed]
     return abs(sum(robot.info().mass for robot in moving) - theirs) / max(theirs, 1e-12)
+
+
+def site_difference(model: Any, data: Any, robots: dict[str, Any]) -> tuple[int, float]:
+    """Returns the number of sites with a name, and the largest difference of a position in metres or of an
+    axis."""
+    mujoco.mj_kinematics(model, data)
+    poses = [robot.link_poses() for robot in robots.values()]
+    names = [name for index in range(model.nsite) if (name := model.site(index).name)]
+    worst = 0.0
+    for name in names:
+        site = model.site(name).id
+        theirs = np.hstack([data.site_xmat[site].reshape(3, 3), data.site_xpos[site][:, None]])
+        found = [of[link] for of in poses for link in (name, f"{name}_site") if link in of]
+        # Another link may have its name.
+        worst = max(worst, min((float(np.abs(pose.matrix()[:3] - theirs).max()) for pose in found), default=math.inf))
+    return len(names), worst
 
 
 def begin(model: Any, data: Any, robots: dict[str, Any]) -> set[str]:
@@ -171,7 +188,7 @@ def differences(model: Any, data: Any, robots: dict[str, Any], follows: set[str]
 
 
 def main(folders: list[str]) -> None:
-    print("| model | bodies | degrees of freedom | mass | after 0.5 s | worst joint |\n|---|---|---|---|---|---|")
+    print("| model | bodies | degrees of freedom | mass | sites | sites apart | after 0.5 s | worst joint |\n|---|---|---|---|---|---|---|---|")
     for path in sorted(path for folder in folders for path in Path(folder).rglob("*.xml")):
         try:
             mujoco.MjModel.from_xml_path(str(path))

@@ -104,3 +104,15 @@ def test_other_files_than_mjcf_are_refused(script: ModuleType, tmp_path: Path) -
     itself.write_text("<mujoco><include file='itself.xml'/></mujoco>")
     with pytest.raises(script.error, match="included twice"):
         script.loadMJCF(str(itself))
+
+
+def test_sites_have_no_number(script: ModuleType, file: str) -> None:
+    path = Path(file)
+    path.write_text(TREE.replace("<body name='low'", "<site name='a'/><body name='low'").replace("mass='1'/></body>\n  </body>", "mass='1'/><site name='b'/></body>\n  </body>"))
+    robots = by_name(script, script.loadMJCF(file))
+    numbers = range(script.getNumJoints(robots["top"]))
+    joints = [script.getJointInfo(robots["top"], number) for number in numbers]
+    assert [joint[12] for joint in joints] == [b"top", b"low"]
+    assert [joint[16] for joint in joints] == [-1, 0]
+    script.resetJointState(robots["top"], 1, 0.1)
+    assert script.getJointState(robots["top"], 1)[0] == pytest.approx(0.1)

@@ -8,7 +8,7 @@ use super::{Reader, files, geom, joint, value};
 use crate::inertia;
 use crate::report::Disposition::{Ignored, Repaired, Used};
 use crate::robot::Inertial;
-use crate::translation::draft::At;
+use crate::translation::draft::{At, DraftFrame};
 use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 
@@ -27,6 +27,8 @@ pub(super) struct Body {
     /// Whether it has no joint to a parent.
     pub(super) is_free: bool,
     pub(super) geoms: Vec<Geom>,
+    /// Sites with a name.
+    pub(super) sites: Vec<DraftFrame>,
     /// Its tree never sleeps.
     pub(super) stays_awake: bool,
     /// Part of its weight that something else carries.
@@ -76,6 +78,7 @@ impl Body {
             joints: Vec::new(),
             is_free: false,
             geoms: Vec::new(),
+            sites: Vec::new(),
             stays_awake: false,
             gravity_compensation: 0.0,
             compensates: false,
@@ -260,7 +263,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads a site, which constraints may refer to.
+    /// Reads a site with a name.
     fn site(&mut self, element: Element<'a>, body: usize, inside: Inside<'_>) -> Result<(), Stop> {
         let Some(name) = inside.named(element) else { return Ok(()) };
         let site = self.scope.classes.of(element, inside.class, ["site", "site"]);
@@ -270,7 +273,12 @@ impl<'a> Reader<'a> {
             let along = (from - to).try_normalize().unwrap_or(DVec3::Z);
             pose = DPose3::from_parts((from + to) * 0.5, glamx::DQuat::from_rotation_arc(DVec3::Z, along));
         }
-        self.sites.insert(name, (body, inside.frame * pose));
+        let body_from_site = inside.frame * pose;
+        self.sites.insert(name.clone(), (body, body_from_site));
+        if let Some(slot) = self.bodies.get_mut(body) {
+            let link = slot.name.clone();
+            slot.sites.push(DraftFrame { name, link, link_from_frame: body_from_site });
+        }
         Ok(())
     }
 

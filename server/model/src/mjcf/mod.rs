@@ -46,6 +46,7 @@ use crate::limits::LoadLimits;
 use crate::report::Disposition::Ignored;
 use crate::translation::draft::{Draft, Names};
 use crate::translation::element::Element;
+use crate::translation::frames::hang;
 use crate::translation::notes::{Notes, Stop};
 use crate::translation::sources::{Source, Texts};
 use crate::translation::{Format, Translation, unread, write};
@@ -185,6 +186,7 @@ impl<'a> Reader<'a> {
         let said = split::Said { joints: &joints, keys: &keys, excluded: &excluded, held: &held };
         let mut drafts = split::robots(root, name, &self.bodies, &said, &mut self.notes);
         sensor::give(measured, &mut drafts, &mut self.notes);
+        hang(&mut drafts, (root, "site"), self.limits, &mut self.notes);
         if drafts.is_empty() {
             return Err(Stop::at(root, "it has no body that simd could have in its world"));
         }

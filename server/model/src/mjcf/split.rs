@@ -10,6 +10,7 @@ use super::equality::{End, Held, world_from_body};
 use super::joint::{BodyJoint, Joints, Kind};
 use super::tendon::Independent;
 use crate::report::Disposition::Ignored;
+use crate::report::counted;
 use crate::robot::Inertial;
 use crate::translation::draft::{
     At, Draft, DraftConstraint, DraftDrive, DraftEnd, DraftJoint, DraftLink, DraftState, Names,
@@ -87,6 +88,9 @@ pub(super) fn robots(
         draft.fixed = true;
         draft.name = names.unique(&draft.name);
         drafts.push(draft);
+    } else if let Some(count) = bodies.first().map(|world| world.sites.len()).filter(|count| *count > 0) {
+        let message = format!("{} of the world left out: no robot stands still", counted(count, "site"));
+        notes.info(root, Ignored, message);
     }
     exclude(excluded, &mut drafts, root, notes);
     drafts
@@ -184,6 +188,7 @@ fn robot(
     let mut world = WORLD.to_owned();
     for index in members {
         let Some(body) = bodies.get(*index) else { continue };
+        draft.frames.extend(body.sites.iter().cloned());
         if *index == top {
             draft.at = body.at;
             if top != 0 {

@@ -25,8 +25,10 @@ use glamx::DPose3;
 use crate::assets::Assets;
 use crate::limits::LoadLimits;
 use crate::report::Disposition::{Ignored, Used};
+use crate::report::counted;
 use crate::translation::draft::{Draft, Names};
 use crate::translation::element::{Element, report_unknown};
+use crate::translation::frames::hang;
 use crate::translation::notes::{Notes, Stop};
 use crate::translation::sources::{Source, Texts};
 use crate::translation::{Format, Translation, unread, write};
@@ -155,6 +157,7 @@ impl<'a> Reader<'a> {
             return Err(Stop::at(root, message));
         }
         between.connect(&mut top.frames, &mut drafts, &mut self.notes)?;
+        hang(&mut drafts, (root, "frame"), self.limits, &mut self.notes);
         Ok(drafts)
     }
 
@@ -199,6 +202,11 @@ impl<'a> Reader<'a> {
                 }
                 _ => {}
             }
+        }
+        let frames = world.children("frame").count();
+        if frames > 0 {
+            let message = format!("{} of the world only for poses: not of a link", counted(frames, "frame"));
+            self.notes.info(world, Used, message);
         }
         let known = ["model", "include", "physics", "gravity", "joint", "frame"];
         report_unknown(world, &known, ": the world is the daemon's", &mut self.notes);

@@ -27,6 +27,8 @@ pub(super) struct Model {
     pub(super) joints: Vec<Joint>,
     /// Its frames, for including models: `model_from_frame` by name.
     pub(super) frames: BTreeMap<String, DPose3>,
+    /// Those that a `<frame>` gives.
+    pub(super) named: Vec<(String, At)>,
     /// The link that represents it.
     pub(super) canonical: Option<String>,
     /// Link that a frame or a joint is fixed to, by its name.
@@ -171,6 +173,7 @@ impl<'a> Reader<'a> {
         let mut attached_to: BTreeMap<String, String> = BTreeMap::new();
         let mut taken = Names::default();
         let mut own_names: BTreeSet<String> = BTreeSet::new();
+        let mut named: Vec<(String, At)> = Vec::new();
         let mut absent: BTreeSet<String> = BTreeSet::new();
 
         for child in element.elements() {
@@ -252,6 +255,9 @@ impl<'a> Reader<'a> {
                         "link" => drop(attached.insert(own.to_owned(), own.to_owned())),
                         _ => drop(attached_to.insert(own.to_owned(), default.to_owned())),
                     }
+                    if child.tag() == "frame" {
+                        named.push((own.to_owned(), (child.file, child.line())));
+                    }
                     frames.raw.insert(own.to_owned(), Raw { pose, relative_to, at: child });
                 }
                 _ => {}
@@ -270,6 +276,7 @@ impl<'a> Reader<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             frames: BTreeMap::new(),
+            named,
             canonical: None,
             attached: BTreeMap::new(),
             absent,
@@ -340,6 +347,7 @@ impl<'a> Reader<'a> {
                 joint.moved(&full, &model_from_inner);
                 model.joints.push(joint);
             }
+            model.named.extend(inner.named.into_iter().map(|(own, at)| (full(&own), at)));
             model.attached.extend(inner.attached.into_iter().map(|(own, link)| (full(&own), full(&link))));
             if let Some(canonical) = inner.canonical {
                 model.attached.insert(name.clone(), full(&canonical));

@@ -123,6 +123,7 @@ impl<'a> Between<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             frames: BTreeMap::new(),
+            named: Vec::new(),
             canonical: None,
             attached,
             absent,

@@ -12,19 +12,23 @@ use super::model::Model;
 use super::places::{Place, Places};
 use crate::report::Disposition::Ignored;
 use crate::translation::draft::{
-    At, Draft, DraftConstraint, DraftConstraintKind, DraftEnd, DraftJoint, DraftLink, DraftSensor, Names,
+    At, Draft, DraftConstraint, DraftConstraintKind, DraftEnd, DraftFrame, DraftJoint, DraftLink,
+    DraftSensor, Names,
 };
 use crate::translation::notes::Notes;
+use crate::urdf::findings::quoted;
 
 /// Returns the robots of a model in the world.
 pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) -> Vec<Draft> {
-    let Model { name, at, is_static, self_collide, stays_awake, links, mut joints, .. } = model;
-    if links.is_empty() {
-        notes.warn_at_line(Ignored, at, format!("the model {name:?} has no links; left out"));
+    if model.links.is_empty() {
+        let message = format!("the model {:?} has no links; left out", model.name);
+        notes.warn_at_line(Ignored, model.at, message);
         return Vec::new();
     }
+    let named = named_frames(&model, notes);
+    let Model { name, at, is_static, self_collide, stays_awake, links, mut joints, .. } = model;
     if is_static {
-        return vec![of_static(name, at, links, world_from_model)];
+        return vec![Draft { frames: named, ..of_static(name, at, links, world_from_model) }];
     }
     let index: BTreeMap<String, usize> =
         links.iter().enumerate().map(|(index, (link, _))| (link.name.clone(), index)).collect();
@@ -61,6 +65,12 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
             joints_of.entry(*root).or_default().push(joint);
         }
     }
+    let mut frames_of: BTreeMap<usize, Vec<DraftFrame>> = BTreeMap::new();
+    for frame in named {
+        if let Some(root) = index.get(&frame.link).and_then(|link| roots.get(*link)) {
+            frames_of.entry(*root).or_default().push(frame);
+        }
+    }
     let count = groups.len();
     // The robot of the first link has the model's name.
     let first = roots.first().copied().unwrap_or(0);
@@ -76,6 +86,7 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
             fixed: root == world || root_name == WORLD,
             self_collision: self_collide,
             stays_awake,
+            frames: frames_of.remove(&root).unwrap_or_default(),
             ..Draft::default()
         };
         let mut taken = Names::default();
@@ -114,6 +125,24 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
         constrain(joint, &mut drafts, (&places, world_from_model), Why::Loop, notes);
     }
     drafts
+}
+
+/// Returns the frames of a model in the frames of the links that they are attached to.
+fn named_frames(model: &Model, notes: &mut Notes) -> Vec<DraftFrame> {
+    let poses: BTreeMap<&str, &DPose3> =
+        model.links.iter().map(|(link, pose)| (link.name.as_str(), pose)).collect();
+    let mut frames = Vec::new();
+    for (name, at) in &model.named {
+        let link = model.attached.get(name).and_then(|link| Some((link, poses.get(link.as_str())?)));
+        let (Some((link, model_from_link)), Some(model_from_frame)) = (link, model.frames.get(name)) else {
+            let message = format!("the frame {} is attached to no link: left out", quoted(name));
+            notes.warn_at_line(Ignored, *at, message);
+            continue;
+        };
+        let link_from_frame = model_from_link.inverse() * *model_from_frame;
+        frames.push(DraftFrame { name: name.clone(), link: link.clone(), link_from_frame });
+    }
+    frames
 }
 
 /// Reason why a joint is a constraint.

@@ -109,6 +109,7 @@ impl<'a> Reader<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             frames: BTreeMap::new(),
+            named: Vec::new(),
             canonical: names.first().map(|name| (*name).to_owned()),
             attached: BTreeMap::new(),
             absent: BTreeSet::new(),

@@ -10,6 +10,9 @@ use crate::robot::{Inertial, JointLimits, Material, TextureRepeat};
 /// A place: index of the file, and line; 0 means none.
 pub(crate) type At = (usize, u32);
 
+/// A place of lines whose use the report does not list.
+pub(crate) const UNLISTED: At = (usize::MAX, 0);
+
 /// A robot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draft {
@@ -22,6 +25,8 @@ pub(crate) struct Draft {
     /// The first is the root.
     pub(crate) links: Vec<DraftLink>,
     pub(crate) joints: Vec<DraftJoint>,
+    /// Frames that [`frames::hang`](super::frames::hang) makes links of.
+    pub(crate) frames: Vec<DraftFrame>,
     pub(crate) states: Vec<DraftState>,
     /// Pairs of links that do not collide, by name.
     pub(crate) excluded: Vec<([String; 2], At)>,
@@ -60,6 +65,14 @@ pub(crate) struct DraftEnd {
     pub(crate) name: Option<String>,
     /// `link_from_frame`; for the world, in the initial frame of the root link.
     pub(crate) pose: DPose3,
+}
+
+/// A frame that has a name and is fixed to a link.
+#[derive(Clone, Debug)]
+pub(crate) struct DraftFrame {
+    pub(crate) name: String,
+    pub(crate) link: String,
+    pub(crate) link_from_frame: DPose3,
 }
 
 #[derive(Clone, Debug)]

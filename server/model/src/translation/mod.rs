@@ -6,12 +6,14 @@
 //! that was sent.
 //!
 //! * `sources`: the files of a description, parsed within limits. `element`: their elements.
-//! * `ellipsoid`: the shape that replaces one. `notes`: the report of the translation. `draft`: its result. `write`: writes the draft as URDF.
+//! * `ellipsoid`: the shape that replaces one. `notes`: the report of the translation. `draft`: its result.
+//!   `frames`: named frames as links. `write`: writes the draft as URDF.
 //! * `unread`: elements and attributes that no reader looked at.
 
 pub(crate) mod draft;
 pub(crate) mod element;
 pub(crate) mod ellipsoid;
+pub(crate) mod frames;
 pub(crate) mod notes;
 pub(crate) mod sources;
 #[cfg(test)]
@@ -25,7 +27,7 @@ use std::sync::Arc;
 use glamx::DPose3;
 
 use crate::assets::{Asset, Assets};
-use crate::report::LoadReport;
+use crate::report::{LoadReport, Severity};
 use crate::robot::{MeshAsset, Sha256};
 use crate::urdf::Refused;
 
@@ -173,18 +175,21 @@ impl Translation {
 impl TranslatedModel {
     /// Converts a report on its URDF to one on the file that was sent.
     pub fn report(&self, report: LoadReport) -> LoadReport {
-        let findings = report.findings.into_iter().map(|mut finding| {
+        let findings = report.findings.into_iter().filter_map(|mut finding| {
             let (file, line) = finding
                 .line
                 .and_then(|line| self.lines.get((line as usize).checked_sub(1)?))
                 .copied()
                 .unwrap_or_default();
+            if (file, line) == draft::UNLISTED && finding.severity == Severity::Info {
+                return None;
+            }
             finding.line = Some(line).filter(|line| *line > 0);
             let file = self.files.get(file).filter(|file| !file.is_empty());
             if finding.file.is_none() {
                 finding.file = file.cloned();
             }
-            finding
+            Some(finding)
         });
         LoadReport { findings: findings.collect() }
     }

@@ -3,6 +3,7 @@
 mod attach;
 mod foreign_mjcf;
 mod foreign_sdf;
+mod frames;
 mod inline_mesh;
 mod mjcf;
 mod replicate;

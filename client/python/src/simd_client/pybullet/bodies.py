@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -145,6 +145,8 @@ class Body:
     frames: dict[str, Pose]
     # Order of links by which its joints are numbered; empty: the daemon's order.
     link_order: Sequence[str] = ()
+    # Links that have no number: sites of an MJCF, which are no links in PyBullet.
+    sites: Collection[str] = ()
     # Description of robots of this script.
     urdf: bytes | None = None
     # Hashes of referenced files, by URI.
@@ -209,9 +211,10 @@ def body(
     own: bool,
     urdf: bytes | None = None,
     link_order: Sequence[str] = (),
+    sites: Collection[str] = (),
 ) -> Body:
     """Builds a body from the daemon's answer; `frames` belong to the description. Joints are numbered like
-    their child links in `link_order`, else as the daemon numbers them."""
+    their child links in `link_order`, else as the daemon numbers them, without those of `sites`."""
     known: dict[str, Pose] = {}
     for link in entity.links:
         center = (link.center_of_mass.x, link.center_of_mass.y, link.center_of_mass.z)
@@ -219,7 +222,8 @@ def body(
     base = entity.links[0].name if entity.links else ""
     ranks = {link: rank for rank, link in enumerate(link_order)}
     # A sort keeps the daemon's order of unnamed links.
-    ordered = sorted(layout.joints, key=lambda joint: ranks.get(joint.child_link, len(ranks)))
+    numbered = (joint for joint in layout.joints if joint.child_link not in sites)
+    ordered = sorted(numbered, key=lambda joint: ranks.get(joint.child_link, len(ranks)))
     numbers = {joint.child_link: number for number, joint in enumerate(ordered)}
     joints: list[BodyJoint] = []
     q, u = 7, 6
@@ -240,6 +244,7 @@ def body(
         links=list(entity.links),
         frames=known,
         link_order=tuple(link_order),
+        sites=sites,
         urdf=urdf,
         description=entity.description,
     )

@@ -43,6 +43,8 @@ class Description:
     rough: frozenset[str] = frozenset()
     # Names of the links, in the file's order.
     links: tuple[str, ...] = ()
+    # Links with nothing in them. In a description that the daemon made of an MJCF they are its sites.
+    empty: frozenset[str] = frozenset()
 
 
 def read(urdf: bytes, scale: float) -> Description:
@@ -59,7 +61,9 @@ def read(urdf: bytes, scale: float) -> Description:
         for link in robot.iter("link")
         if link.find("contact/lateral_friction") is not None
     }
-    return Description(frames, any(_is_zero(mass) for mass in masses), frozenset(rough), tuple(frames))
+    empty = {link.get("name", "") for link in robot.iter("link") if len(link) == 0}
+    massless_root = any(_is_zero(mass) for mass in masses)
+    return Description(frames, massless_root, frozenset(rough), tuple(frames), frozenset(empty))
 
 
 def separated(xml: bytes) -> bytes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -168,11 +168,12 @@ def settled(
     scale: float,
     surfaces: dict[str, Surface] | None = None,
     link_order: Sequence[str] = (),
+    sites: Collection[str] = (),
 ) -> int:
     """Adds a spawned robot with these surfaces, or with PyBullet's. Its joints have PyBullet's default
-    motors, and are numbered in the order of the named links, if given. As in PyBullet they begin at 0, also
+    motors, and are numbered in the order of the named links, if given, without those of sites. As in PyBullet they begin at 0, also
     outside of their limits. Returns its number."""
-    body = world.add(entity, description.frames, own=True, urdf=urdf, link_order=link_order)
+    body = world.add(entity, description.frames, own=True, urdf=urdf, link_order=link_order, sites=sites)
     body.files, body.scale = files, scale
     if surfaces is None:
         smooth = [link.name for link in entity.links if link.name not in description.rough]

@@ -104,7 +104,7 @@ def _loaded(world: World, path: Path, flags: int) -> tuple[int, ...]:
             # MuJoCo's bodies collide within their tree; PyBullet's need a flag for that.
             change = SetCollisionFilterRequest(robot=entity.name, self_collision=False)
             world.wire.call(methods.SetCollisionFilter, change)
-        number = settled(world, entity, description, urdf, files, 1.0)
+        number = settled(world, entity, description, urdf, files, 1.0, sites=description.empty)
         body = world.bodies[number]
         body.self_collision, body.paths = self_collision, paths
         numbers.append(number)

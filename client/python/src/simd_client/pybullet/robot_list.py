@@ -24,7 +24,7 @@ from .link_colors import LinkColors
 from .loop import Loop
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from simd_client.proto import EntityInfo, RobotScene
     from simd_client.surface import Surface
@@ -94,12 +94,13 @@ class Robots(Loop):
         own: bool,
         urdf: bytes | None = None,
         link_order: Sequence[str] = (),
+        sites: Collection[str] = (),
     ) -> Body:
         """Adds a robot of the daemon's world, with the last freed number, else the next. Its joints are
-        numbered like these links, else as the daemon numbers them."""
+        numbered like these links, else as the daemon numbers them; those of sites are left out."""
         layout = self._layout(entity)
         number = self._freed[-1] if self._freed else len(self.bodies)
-        made = bodies.body(number, entity, layout, frames, own, urdf, link_order)
+        made = bodies.body(number, entity, layout, frames, own, urdf, link_order, sites)
         del self._freed[-1:]
         self.bodies[number] = made
         self.serial.append(number)
@@ -149,7 +150,7 @@ class Robots(Loop):
     ) -> Body:
         """Replaces the robot by one with another description; motors are kept by joint name."""
         layout = self._layout(entity)
-        made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf, body.link_order)
+        made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf, body.link_order, body.sites)
         made.files, made.kept, made.scale = body.files, body.kept, body.scale
         made.paths, made.file, made.made_of = body.paths, body.file, body.made_of
         made.shape_margin, made.has_round_cylinders = body.shape_margin, body.has_round_cylinders
