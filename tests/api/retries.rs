@@ -61,9 +61,8 @@ async fn ids_belong_to_the_name_of_a_client(via: Via) {
     assert_eq!(epoch(&one).await, 2);
 }
 
-/// Over gRPC and gRPC-Web a caller without a name is known by its connection. A browser has several and
-/// chooses among them, so a retry over gRPC-Web or in JSON may look like another request, but never like another
-/// caller's. Within the process all callers are one. Over Zenoh the daemon cannot identify the caller, and
+/// Over gRPC, gRPC-Web and in JSON a caller without a name is known by its connection. A browser has several
+/// and chooses among them. So its retry may look like another request, but never like another caller's. Within the process all callers are one. Over Zenoh the daemon cannot identify the caller, and
 /// refuses an id.
 async fn callers_without_a_name_have_ids_of_their_connection(via: Via) {
     let daemon = arm(via).await;

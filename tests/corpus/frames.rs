@@ -58,7 +58,7 @@ fn apart(a: DPose3, b: DPose3) -> f64 {
     axes.into_iter().fold((a.translation - b.translation).length(), f64::max)
 }
 
-/// Names of links that are no frames, and of joints that move.
+/// Names of links other than frames, and of joints that move.
 fn bones(model: &RobotModel) -> (Vec<&str>, Vec<&str>, f64) {
     let hangs = |link: usize| link.checked_sub(1).is_some_and(|joint| !model.joints[joint].kind.moves());
     let is_frame = |link: usize| {

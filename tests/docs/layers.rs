@@ -24,6 +24,7 @@ const SERVER: Layers = Layers {
         &["daemon"],
         &["grpc"],
         &["absent", "http", "ros2", "zenoh"],
+        &["connect"],
         &["replay", "zenoh_acl"],
         &["config"],
         &["authority", "log"],

@@ -57,7 +57,7 @@ export class Daemon {
     private readonly child: ChildProcess,
     private readonly home: string,
   ) {
-    // JSON: a client of the protocol that nobody here wrote.
+    // JSON, by Connect's own client.
     const transport = createConnectTransport({ baseUrl: url, interceptors: [identify] });
     this.simulation = createClient(SimulationService, transport);
     this.joints = createClient(JointService, transport);

@@ -145,7 +145,7 @@ class Body:
     frames: dict[str, Pose]
     # Order of links by which its joints are numbered; empty: the daemon's order.
     link_order: Sequence[str] = ()
-    # Links that have no number: sites of an MJCF, which are no links in PyBullet.
+    # Links without a number: sites of an MJCF, which PyBullet does not have.
     sites: Collection[str] = ()
     # Description of robots of this script.
     urdf: bytes | None = None
