@@ -79,7 +79,8 @@ test-rust: nextest test-data
 
 # The installed Python client against the built daemon, in two processes because most tests wait.
 PYTEST_ARGS ?= -n 2 --dist loadfile
-PYTEST = SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest $(PYTEST_ARGS)
+# With bytecode, pytest compiles its tests once and not in each process.
+PYTEST = PYTHONDONTWRITEBYTECODE= SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest $(PYTEST_ARGS)
 test-python: python-embedded
 	cd client/python && ../../target/python-venv/bin/pyright --pythonpath ../../target/python-venv/bin/python
 	cd client/python && $(PYTEST)
@@ -261,7 +262,7 @@ truth: test-data target/reference-venv/installed
 # * overlapping robots in 300 worlds (10);
 # * 2,000 mutations of each file of the fuzzers' corpus (60);
 # * each case of a PyBullet script on a daemon too (the first ones), programs that end four at a time (one), examples
-#   that learn until they can (a fifth of it) or run beside what is left, and benches of worlds that play and of learners (none).
+#   that learn until they can (a fifth of it), are interrupted or run beside others (some of them), and benches (none).
 wide: python-embedded
 	EQUAL_STEPS=100000 THREADED_STEPS=100000 CONSTRAINED_WORLDS=300 OVERLAPPING_WORLDS=300 $(CARGO) test --locked --workspace \
 	  --test physics -- --nocapture threads:: constraints::random_trees contradictions:: constraint_attacks:: long_runs put_into_each_other

@@ -46,7 +46,7 @@ SAID = {
 
 # Examples that learn, the same each time, with a shorter form and what it reaches at least. Learning over a connection
 # takes minutes in `make wide` only; the interrupted one shows that it begins.
-LEARNERS = {"ppo": (["--iterations", "8"], 150), **({"learning": ([], 64)} if IS_WIDE else {})}
+LEARNERS: dict[str, tuple[list[str], int]] = {"ppo": (["--iterations", "8"], 150), **({"learning": ([], 64)} if IS_WIDE else {})}
 
 Example = Callable[..., str]
 
@@ -111,7 +111,10 @@ def test_an_example_runs_beside_what_is_there_already(sim: Simulation, example: 
 
 
 # Examples that run long enough to be interrupted.
-@pytest.mark.parametrize("name", ["tutorial", "lockstep", "walking", "cart_pole", "learning", "reaching", "two_robots_asyncio"])
+@pytest.mark.parametrize(
+    "name",
+    ["tutorial", "learning", "reaching", "two_robots_asyncio", *(["lockstep", "walking", "cart_pole"] if IS_WIDE else [])],
+)
 def test_an_example_that_is_interrupted_leaves_the_world_as_it_was(
     name: str, sim: Simulation, daemon: Daemon, tmp_path: Path
 ) -> None:

@@ -59,6 +59,11 @@ def test_an_id_makes_an_environment_that_gymnasium_accepts(name: str, opened: li
     check(checked, env.unwrapped)
 
 
+def test_an_id_may_name_the_module_that_registers_it(opened: list[Any]) -> None:
+    # So it is made in processes that have not imported the module, as RLlib's.
+    opened.append(gymnasium.make("simd_client.gymnasium:simd/CartPole-v0"))
+
+
 @pytest.mark.parametrize("name", IDS)
 def test_stable_baselines3_accepts_it(name: str, opened: list[Any]) -> None:
     baselines: Any = pytest.importorskip("stable_baselines3.common.env_checker")

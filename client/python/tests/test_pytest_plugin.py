@@ -87,7 +87,8 @@ def run(folder: Path, pytester: pytest.Pytester, capfd: pytest.CaptureFixture[st
         with warnings.catch_warnings():
             # A user's session does not have the filters of this one.
             warnings.simplefilter("default")
-            result = pytester.runpytest_inprocess("-p", "no:cacheprovider", *arguments)
+            options = ["-p", "no:cacheprovider", "-o", "asyncio_default_fixture_loop_scope=function"]
+            result = pytester.runpytest_inprocess(*options, *arguments)
         # Programs that the session starts write to the process's own output.
         return int(result.ret), "".join((str(result.stdout), str(result.stderr), *capfd.readouterr()))
 

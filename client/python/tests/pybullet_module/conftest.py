@@ -64,8 +64,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 # over a connection take ten times as long.
 OF_NUMBERS = {
     "test_ball_joints",
-    "test_bullet_mjcf",
     "test_bodies",
+    "test_bullet_mjcf",
     "test_bullets_laws",
     "test_constraints",
     "test_contacts",
@@ -81,6 +81,7 @@ OF_NUMBERS = {
     "test_mjcf",
     "test_position_targets",
     "test_reactions",
+    "test_scene",
     "test_sdf",
     "test_terrain_files",
     "test_torques",
