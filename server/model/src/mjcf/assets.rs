@@ -245,9 +245,8 @@ impl Library {
         compiler: &Compiler,
         notes: &mut Notes,
     ) -> Result<(), Stop> {
-        let (Some(name), Some(file)) =
-            (element.word("name").or_else(|| element.word("file")), element.word("file"))
-        else {
+        let name = element.word("name").or_else(|| element.word("file").map(stem));
+        let (Some(name), Some(file)) = (name, element.word("file")) else {
             let message = "simd reads height fields only from pictures: geoms of this one are left out";
             notes.warn(element, Ignored, message);
             return Ok(());

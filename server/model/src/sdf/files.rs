@@ -51,11 +51,14 @@ pub(super) fn gather(
             if file_indices.by_uri.contains_key(&key) || key.1.is_empty() {
                 continue;
             }
-            let found = find(&joined(&folder, &key.1), texts, assets, limits)?;
-            let found = match found {
-                Some(name) => Some(name),
-                None => built_in(&key.1, texts, limits)?,
-            };
+            let mut found = find(&joined(&folder, &key.1), texts, assets, limits)?;
+            let of_model = as_model(&key.1);
+            if found.is_none() && of_model != key.1 {
+                found = find(&of_model, texts, assets, limits)?;
+            }
+            if found.is_none() {
+                found = built_in(&of_model, texts, limits)?;
+            }
             let Some(name) = found else { continue };
             let index = *by_name.entry(name).or_insert_with(|| {
                 count += 1;
@@ -100,6 +103,14 @@ fn find(
     Ok(texts.include(&uri, assets, limits)?.then_some(uri))
 }
 
+/// Returns the URI of a model for a name without a scheme: sdformat looks for these in the folders of models too.
+fn as_model(uri: &str) -> String {
+    match uri.contains("://") || uri.starts_with(['/', '.']) {
+        true => uri.to_owned(),
+        false => format!("model://{uri}"),
+    }
+}
+
 /// Returns the last name of a URI, in lower case and without blanks.
 fn last_name(uri: &str) -> String {
     let name = uri.trim().trim_end_matches('/').rsplit('/').next().unwrap_or_default();
@@ -108,7 +119,7 @@ fn last_name(uri: &str) -> String {
 
 /// Returns whether a URI is the light that nearly every world includes.
 pub(super) fn is_sun(uri: &str) -> bool {
-    uri.contains("://") && last_name(uri) == "sun"
+    as_model(uri).contains("://") && last_name(uri) == "sun"
 }
 
 /// Ground that nearly every world includes, if no file has it.

@@ -107,6 +107,11 @@ impl<'a> Reader<'a> {
             match element.tag() {
                 "world" => self.world(element, &mut top)?,
                 "model" => top.take(self.model(element, 0)?, element),
+                "include" => {
+                    if let Some(placed) = self.included(element)? {
+                        top.take(placed, element);
+                    }
+                }
                 "light" | "actor" => self.notes.info(element, Ignored, "not read by simd"),
                 _ => {
                     let message = "not read by simd: it is neither a model nor a world";

@@ -91,11 +91,18 @@ impl Gazebo {
         let is_read = |child: &Node| {
             is_self_collide(*child) || is_elsewhere(*child) || is(*child, "allow_auto_disable")
         };
-        let has_joint = node.children().any(is_elsewhere);
-        let has_others = node.children().filter(Node::is_element).any(|child| !is_read(&child));
-        if has_others || (own.is_none() && switch.is_none() && !has_joint) {
-            findings.info(node, Ignored, "not read by simd: it is for Gazebo and its plugins");
+        if !node.children().any(|child| child.is_element()) {
+            findings.info(node, Ignored, "it is empty");
         }
+        let mut others = Others::default();
+        for child in node.children().filter(Node::is_element).filter(|child| !is_read(child)) {
+            others.add(child.tag_name().name());
+            if is(child, "static") && says_yes(child) {
+                let message = "not read by simd, so the robot moves: load it with a fixed base";
+                findings.warn(child, Ignored, message);
+            }
+        }
+        others.report(node, findings);
     }
 
     /// Reads the settings of a link; a joint may have the same name.
@@ -160,10 +167,6 @@ impl Gazebo {
                 findings.used(child, || format!("{tag} {} of joint {}", short(value), quoted(joint)));
             }
         }
-        if !is_link && others.is_all(node) {
-            let message = format!("not read by simd: it is for Gazebo, of joint {}", quoted(joint));
-            return findings.info(node, Ignored, message);
-        }
         others.report(node, findings);
     }
 }
@@ -172,19 +175,13 @@ impl Gazebo {
 #[derive(Default)]
 struct Others {
     named: Vec<String>,
-    count: usize,
 }
 
 impl Others {
     fn add(&mut self, tag: &str) {
-        self.count += 1;
         if self.named.len() < 8 && !self.named.iter().any(|known| known == tag) {
             self.named.push(tag.to_owned());
         }
-    }
-
-    fn is_all(&self, node: Node) -> bool {
-        self.count == node.children().filter(Node::is_element).count()
     }
 
     fn report(&self, node: Node, findings: &mut Findings) {

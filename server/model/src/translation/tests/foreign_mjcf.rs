@@ -200,3 +200,11 @@ fn a_discarded_geom_leaves_its_weight() {
     let body = link(&model, "b");
     assert_eq!((body.inertial.mass, body.visuals.len(), body.collisions.len()), (16000.0, 1, 1));
 }
+
+#[test]
+fn a_height_field_without_a_name_has_that_of_its_file() {
+    let text = "<mujoco><asset><hfield file='dir/hills.png' size='1 2 0.3 0.1'/></asset>\
+        <worldbody><geom type='hfield' hfield='hills'/></worldbody></mujoco>";
+    let translation = translated(text);
+    assert!(translation.models[0].urdf.contains("dir/hills.png"), "{:?}", translation.report);
+}

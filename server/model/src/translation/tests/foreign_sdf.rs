@@ -37,6 +37,26 @@ fn an_include_that_is_not_there_leaves_the_rest_of_a_world() {
     assert!(translation.models.iter().filter(|model| model.fixed).count() == 2);
 }
 
+#[test]
+fn an_include_by_name_alone_is_searched_as_a_model_and_may_stand_outside_of_worlds() {
+    let files = Files::default().with("model://simple/model.sdf", SIMPLE);
+    for text in [
+        "<sdf version='1.9'><model name='m'><include merge='true'><uri>simple</uri></include></model></sdf>",
+        "<sdf version='1.9'><include><uri>simple</uri></include></sdf>",
+        "<sdf version='1.9'><include><uri>model://simple</uri></include></sdf>",
+        "<sdf version='1.9'><world name='w'><include><uri>sun</uri></include><include><uri>simple</uri></include>\
+         <include><uri>ground_plane</uri></include></world></sdf>",
+    ] {
+        let translation = translated_with(text, &files);
+        assert_eq!(translation.missing, None, "{text}");
+        assert!(translation.models.iter().any(|model| model.urdf.contains("<link name=\"base\"")), "{text}");
+    }
+    // A file beside the including one is nearer.
+    let nearer = files.with("simple/model.sdf", SIMPLE.replace("name='base'", "name='near'").replace("'base'>", "'near'>"));
+    let translation = translated_with("<sdf version='1.9'><include><uri>simple</uri></include></sdf>", &nearer);
+    assert!(translation.models[0].urdf.contains("<link name=\"near\""));
+}
+
 const SIMPLE: &str = "<sdf version='1.9'><model name='simple'><link name='base'><pose>0 0 1 0 0 0</pose>\
     <inertial><mass>2</mass></inertial></link><frame name='tip' attached_to='base'><pose>0.5 0 0 0 0 0</pose></frame>\
     </model></sdf>";

@@ -145,7 +145,22 @@ fn ros2_control_in_a_gazebo_element_is_read() {
     let index = model.joints.iter().position(|joint| joint.name == "left").unwrap();
     let setup = model.setup.joints.iter().find(|setup| setup.joint == index).unwrap();
     assert_eq!(setup.mode, Some(DriveMode::Velocity));
-    assert!(!report.findings.iter().any(|finding| finding.message.contains("for Gazebo and its plugins")));
+    assert!(!report.findings.iter().any(|finding| finding.message.starts_with("not read by simd")));
+}
+
+#[test]
+fn each_unread_element_for_gazebo_is_named_and_a_static_robot_is_a_warning() {
+    let own = "<gazebo><static>true</static><plugin filename='x'/></gazebo><gazebo reference='left'><cfmDamping>1</cfmDamping></gazebo>";
+    let (_, report) = robot(&two("", own));
+    for (severity, said) in [
+        (Severity::Info, "not read by simd: static, plugin"),
+        (Severity::Info, "not read by simd: cfmDamping"),
+        (Severity::Warning, "not read by simd, so the robot moves: load it with a fixed base"),
+    ] {
+        assert!(report.findings.iter().any(|of| of.severity == severity && of.message == said), "{said}: {report:?}");
+    }
+    let (_, report) = robot(&two("", "<gazebo><static>false</static></gazebo>"));
+    assert!(!report.findings.iter().any(|of| of.severity == Severity::Warning && of.message.contains("moves")));
 }
 
 #[test]
