@@ -45,6 +45,7 @@ mod sensor_publications;
 mod sensors;
 mod shares;
 mod streams;
+mod tendons;
 mod terrain;
 mod tls;
 mod tokens;

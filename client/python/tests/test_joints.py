@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from daemon import ASSETS
 
 import simd_client
-from simd_client import Gains, JointFlag, JointMode, JointLimits, Robot, Simulation, Target, Whole
+from simd_client import Gains, JointFlag, JointMode, JointLimits, Robot, Simulation, Target, Tendon, Whole
 
 
 def test_a_target_of_one_joint_is_gone_to_and_reached(sim: Simulation, arm: Robot) -> None:
@@ -290,3 +291,14 @@ def test_an_unknown_name_is_one_error_wherever_it_is_looked_up(sim: Simulation, 
             look()
         assert isinstance(lost.value, KeyError) and lost.value.metadata == {"robot": "leg"}
     assert "knee" not in arm.joints and arm.joints.get("knee") is None
+
+
+def test_a_joint_that_is_a_tendon_has_its_terms(sim: Simulation, tmp_path: Path) -> None:
+    file = tmp_path / "finger.xml"
+    file.write_text("""<mujoco model='finger'><worldbody><body name='palm'><geom size='.05'/><body name='a'>
+        <joint name='knuckle' axis='0 1 0'/><geom size='.02'/><body name='b'><joint name='tip' axis='0 1 0'/>
+        <geom size='.02'/></body></body></body></worldbody><tendon><fixed name='pull'><joint joint='tip' coef='-0.01'/>
+        <joint joint='knuckle' coef='0.02'/></fixed></tendon></mujoco>""")
+    finger = sim.load(file)
+    tendons = {name: joint.info.tendon for name, joint in finger.joints.items()}
+    assert tendons == {"knuckle": None, "tip": None, "pull": Tendon({"knuckle": 0.02, "tip": -0.01}, 0.0)}

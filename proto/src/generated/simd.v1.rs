@@ -9096,6 +9096,23 @@ pub struct JointMimic {
     #[prost(double, tag = "3")]
     pub offset: f64,
 }
+/// This joint is the length of a tendon: position = sum of factor * position of the terms + offset. A
+/// unit of its effort is the factor's effort at each of these joints.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct JointTendon {
+    #[prost(message, repeated, tag = "1")]
+    pub terms: ::prost::alloc::vec::Vec<JointTendonTerm>,
+    #[prost(double, tag = "2")]
+    pub offset: f64,
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct JointTendonTerm {
+    /// A joint that turns or slides.
+    #[prost(string, tag = "1")]
+    pub joint: ::prost::alloc::string::String,
+    #[prost(double, tag = "2")]
+    pub factor: f64,
+}
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct JointInfo {
     #[prost(uint32, tag = "1")]
@@ -9173,6 +9190,9 @@ pub struct JointInfo {
     /// By default joints with gains in their description have no profile.
     #[prost(bool, tag = "25")]
     pub profile: bool,
+    /// Absent: no tendon.
+    #[prost(message, optional, tag = "26")]
+    pub tendon: ::core::option::Option<JointTendon>,
 }
 /// A spring parallel to the actuator of a joint of one axis: effort = stiffness (rest - position). On a
 /// spherical joint it pulls about the child's axes to the orientation 0 0 0 1, the short way round.

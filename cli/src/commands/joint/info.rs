@@ -1,7 +1,7 @@
 //! Properties of joints, as in `joint list`.
 
 use serde::Serialize;
-use simd_client::proto::{JointGains, JointInfo, JointSpring, JointType};
+use simd_client::proto::{JointGains, JointInfo, JointSpring, JointTendonTerm, JointType};
 
 use super::blocked::BlockedBy;
 use super::reading::Unit;
@@ -35,6 +35,7 @@ pub(super) struct InfoView {
     /// Its setpoint follows a velocity profile on its way to a position target.
     profile: bool,
     mimic: Option<MimicView>,
+    tendon: Option<TendonView>,
     /// `passive`, `position`, `velocity`, `effort`, `hold` or `none`.
     mode: String,
     gains: Option<GainsView>,
@@ -59,6 +60,18 @@ struct MimicView {
     joint: String,
     multiplier: f64,
     offset: f64,
+}
+
+#[derive(Serialize)]
+struct TendonView {
+    terms: Vec<TermView>,
+    offset: f64,
+}
+
+#[derive(Serialize)]
+struct TermView {
+    joint: String,
+    factor: f64,
 }
 
 #[derive(Serialize)]
@@ -92,6 +105,11 @@ impl From<&JointInfo> for InfoView {
             multiplier: mimic.multiplier,
             offset: mimic.offset,
         });
+        let term = |term: &JointTendonTerm| TermView { joint: term.joint.clone(), factor: term.factor };
+        let tendon = joint.tendon.as_ref().map(|tendon| TendonView {
+            terms: tendon.terms.iter().map(term).collect(),
+            offset: tendon.offset,
+        });
         // A fixed joint has no meaningful axis.
         let axis = joint.axis.as_ref().filter(|_| joint.r#type() != JointType::Fixed);
         Self {
@@ -111,6 +129,7 @@ impl From<&JointInfo> for InfoView {
             gravity_compensation: joint.gravity_compensation,
             profile: joint.profile,
             mimic,
+            tendon,
             mode: json::name("JOINT_MODE_", joint.mode().as_str_name()),
             gains: joint.gains.as_ref().map(GainsView::from),
             default_gains: joint.default_gains.as_ref().map(GainsView::from),
@@ -157,8 +176,11 @@ fn row(joint: &InfoView, [held, blocked]: [bool; 2], wide: bool) -> Vec<String> 
     let mut cells = vec![
         joint.index.to_string(),
         joint.name.clone(),
-        joint.r#type.clone(),
-        joint.axis.map_or_else(|| ABSENT.to_owned(), |axis| several(&axis, 2)),
+        if joint.tendon.is_some() { "tendon".to_owned() } else { joint.r#type.clone() },
+        joint
+            .axis
+            .filter(|_| joint.tendon.is_none())
+            .map_or_else(|| ABSENT.to_owned(), |axis| several(&axis, 2)),
         optional(joint.limits.lower, 4),
         optional(joint.limits.upper, 4),
         optional(joint.limits.velocity, 2),
@@ -184,7 +206,7 @@ fn row(joint: &InfoView, [held, blocked]: [bool; 2], wide: bool) -> Vec<String> 
 
 #[cfg(test)]
 mod tests {
-    use simd_client::proto::{JointLimits, JointMode, Vector3};
+    use simd_client::proto::{JointLimits, JointMode, JointTendon, Vector3};
 
     use super::*;
 
@@ -213,6 +235,16 @@ mod tests {
         assert_eq!(json["limits"]["upper"], serde_json::Value::Null);
         assert_eq!(json["limits"]["effort"], 0.0);
         assert_eq!(json["type"], "revolute");
+    }
+
+    #[test]
+    fn a_tendon_is_named_in_place_of_its_type_and_has_its_terms() {
+        let term = JointTendonTerm { joint: "knuckle".into(), factor: 0.02 };
+        let tendon = Some(JointTendon { terms: vec![term], offset: 0.1 });
+        let view = InfoView::from(&JointInfo { tendon, ..joint("pull", JointType::Prismatic) });
+        assert!(list(&[view], false).render(false).contains("0  pull   tendon  -"));
+        let json = serde_json::to_value(InfoView::from(&joint("slide", JointType::Prismatic))).unwrap();
+        assert_eq!(json["tendon"], serde_json::Value::Null);
     }
 
     #[test]

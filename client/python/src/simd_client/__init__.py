@@ -95,7 +95,7 @@ from simd_client.errors import (
 from simd_client.event import Event
 from simd_client.geometry import Pose, Twist
 from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
-from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointSpring, JointType, Layout, Mimic
+from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointSpring, JointType, Layout, Mimic, Tendon
 from simd_client.link_states import LinkStates
 from simd_client.measurement import (
     ContactMeasurement,
@@ -323,6 +323,7 @@ __all__ = [
     "Target",
     "TargetBeyondLimit",
     "Targets",
+    "Tendon",
     "Twist",
     "TrajectoryOutcome",
     "TrajectoryProgress",

@@ -132,6 +132,16 @@ class Mimic:
 
 
 @dataclass(frozen=True)
+class Tendon:
+    """The joint is the length of a tendon: position = sum of factor * other + offset. A unit of its effort is
+    the factor's effort at each of the other joints."""
+
+    factors: Mapping[str, float]
+    """By joint."""
+    offset: float
+
+
+@dataclass(frozen=True)
 class JointInfo:
     """Properties of a joint at the time its layout was fetched."""
 
@@ -155,6 +165,7 @@ class JointInfo:
     spring: JointSpring | None
     """A spring in addition to the actuator; `None` without one."""
     mimic: Mimic | None
+    tendon: Tendon | None
     mode: JointMode
     gains: Gains
     """Gains in use: the target's, or the default."""
@@ -237,7 +248,7 @@ def limits_to_proto(limits: JointLimits) -> proto.JointLimits:
 
 
 def _joint(message: proto.JointInfo) -> JointInfo:
-    mimic = message.mimic
+    mimic, tendon = message.mimic, message.tendon
     return JointInfo(
         index=message.index,
         name=message.name,
@@ -252,6 +263,7 @@ def _joint(message: proto.JointInfo) -> JointInfo:
         armature=message.armature,
         spring=JointSpring(message.spring.stiffness, message.spring.rest) if message.HasField("spring") else None,
         mimic=Mimic(mimic.joint, mimic.multiplier, mimic.offset) if message.HasField("mimic") else None,
+        tendon=Tendon({term.joint: term.factor for term in tendon.terms}, tendon.offset) if message.HasField("tendon") else None,
         mode=JointMode(message.mode),
         gains=Gains(message.gains.stiffness, message.gains.damping),
         default_gains=Gains(message.default_gains.stiffness, message.default_gains.damping),

@@ -144,7 +144,7 @@ const TYPES: Record<JointType, SceneJoint["type"]> = {
   [JointType.FLOATING]: "floating",
 };
 
-function jointOf({ name, type, childLink, axis, limits, damping, friction, mimic }: JointInfo): SceneJoint {
+function jointOf({ name, type, childLink, axis, limits, damping, friction, mimic, tendon }: JointInfo): SceneJoint {
   return {
     name,
     type: TYPES[type] ?? "joint",
@@ -157,6 +157,7 @@ function jointOf({ name, type, childLink, axis, limits, damping, friction, mimic
     ...(limits?.effort !== undefined && { effort: limits.effort }),
     ...(limits?.velocity !== undefined && { velocity: limits.velocity }),
     ...(mimic && { mimics: mimic.joint }),
+    ...(tendon && { pulls: tendon.terms.map(({ joint }) => joint) }),
   };
 }
 

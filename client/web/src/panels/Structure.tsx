@@ -119,7 +119,7 @@ function Row({ scene, link, joint, depth, findings }: RowProperties): JSX.Elemen
 }
 
 function JointFacts({ joint }: { joint: SceneJoint }): JSX.Element {
-  const { name, type, axis, lower, upper, effort, velocity, damping, friction, mimics } = joint;
+  const { name, type, axis, lower, upper, effort, velocity, damping, friction, mimics, pulls } = joint;
   const kind = isTurning(type) ? "angle" : "length";
   const position = unitOf(kind, "position", degrees.value);
   const speed = unitOf(kind, "velocity", degrees.value);
@@ -135,6 +135,7 @@ function JointFacts({ joint }: { joint: SceneJoint }): JSX.Element {
       {damping > 0 && <Fact term="damping" text={`${shortened(damping)} ${kind === "angle" ? "N m s/rad" : "N s/m"}`} />}
       {friction > 0 && <Fact term="dry friction" text={`${shortened(friction)} ${force}`} />}
       {mimics !== undefined && <Fact term="follows" text={mimics} />}
+      {pulls !== undefined && <Fact term="tendon of" text={pulls.join(", ")} />}
     </>
   );
 }

@@ -76,6 +76,8 @@ export interface SceneJoint {
   friction: number;
   /** The joint that it mimics. */
   mimics?: string;
+  /** Joints that it pulls, if it is a tendon. */
+  pulls?: string[];
 }
 
 /** One robot. */

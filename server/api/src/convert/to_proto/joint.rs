@@ -48,6 +48,7 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
     let link = |index: usize| entity.model.links.get(index).map(|l| l.name.clone()).unwrap_or_default();
     let positions = entity.joint_positions.get(index).cloned().unwrap_or_default();
     let velocities = entity.joint_velocities.get(index).cloned().unwrap_or_default();
+    let name = |index: usize| entity.model.joints.get(index).map(|j| j.name.clone()).unwrap_or_default();
     let has_axis = !matches!(joint.kind, JointKind::Fixed | JointKind::Floating | JointKind::Spherical);
     v1::JointInfo {
         index: count(index),
@@ -64,7 +65,7 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         armature: status.settings.armature,
         spring: spring(status.settings.spring),
         mimic: joint.mimic.map(|mimic| v1::JointMimic {
-            joint: entity.model.joints.get(mimic.joint).map(|j| j.name.clone()).unwrap_or_default(),
+            joint: name(mimic.joint),
             multiplier: mimic.multiplier,
             offset: mimic.offset,
         }),
@@ -79,6 +80,14 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         gravity_compensation: status.settings.gravity_compensation,
         obstruction: None,
         profile: status.settings.profile,
+        tendon: entity.model.setup.tendon(index).map(|tendon| v1::JointTendon {
+            terms: tendon
+                .terms
+                .iter()
+                .map(|(joint, factor)| v1::JointTendonTerm { joint: name(*joint), factor: *factor })
+                .collect(),
+            offset: tendon.offset,
+        }),
     }
 }
 
