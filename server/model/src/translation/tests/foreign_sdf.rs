@@ -52,8 +52,10 @@ fn an_include_by_name_alone_is_searched_as_a_model_and_may_stand_outside_of_worl
         assert!(translation.models.iter().any(|model| model.urdf.contains("<link name=\"base\"")), "{text}");
     }
     // A file beside the including one is nearer.
-    let nearer = files.with("simple/model.sdf", SIMPLE.replace("name='base'", "name='near'").replace("'base'>", "'near'>"));
-    let translation = translated_with("<sdf version='1.9'><include><uri>simple</uri></include></sdf>", &nearer);
+    let nearer = files
+        .with("simple/model.sdf", SIMPLE.replace("name='base'", "name='near'").replace("'base'>", "'near'>"));
+    let translation =
+        translated_with("<sdf version='1.9'><include><uri>simple</uri></include></sdf>", &nearer);
     assert!(translation.models[0].urdf.contains("<link name=\"near\""));
 }
 

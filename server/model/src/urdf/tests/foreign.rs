@@ -157,10 +157,15 @@ fn each_unread_element_for_gazebo_is_named_and_a_static_robot_is_a_warning() {
         (Severity::Info, "not read by simd: cfmDamping"),
         (Severity::Warning, "not read by simd, so the robot moves: load it with a fixed base"),
     ] {
-        assert!(report.findings.iter().any(|of| of.severity == severity && of.message == said), "{said}: {report:?}");
+        assert!(
+            report.findings.iter().any(|of| of.severity == severity && of.message == said),
+            "{said}: {report:?}"
+        );
     }
     let (_, report) = robot(&two("", "<gazebo><static>false</static></gazebo>"));
-    assert!(!report.findings.iter().any(|of| of.severity == Severity::Warning && of.message.contains("moves")));
+    assert!(
+        !report.findings.iter().any(|of| of.severity == Severity::Warning && of.message.contains("moves"))
+    );
 }
 
 #[test]
