@@ -27,7 +27,6 @@ const ELSEWHERE: &[(&str, &str)] = &[
 const LEFT_OUT: &[(&str, &str)] = &[
     ("make demo", "the test has started it"),
     ("export PATH=", "the test's own programs are found first"),
-    ("curl ", "asks at the default port"),
     ("pip install", "the tests of the Python client have it"),
     ("python ", "the tests of the Python client run scripts"),
     ("simctl camera view", "needs a renderer"),
@@ -92,7 +91,7 @@ async fn run(name: &str, page: &str) -> Vec<String> {
             !line.starts_with("simd --") && !LEFT_OUT.iter().any(|(beginning, _)| line.starts_with(beginning))
         };
         let lines: Vec<&str> = block.into_iter().filter(is_run).collect();
-        let script = lines.join("\n");
+        let script = lines.join("\n").replace("127.0.0.1:7400", &daemon.address());
         write(home.path(), &format!("set -eu\n{script}\n"));
         let said = daemon.shell("HOME=$PWD bash block.sh", home.path()).await;
         let is_done = said.code == 0;

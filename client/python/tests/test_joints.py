@@ -298,7 +298,7 @@ def test_a_joint_that_is_a_tendon_has_its_terms(sim: Simulation, tmp_path: Path)
     file.write_text("""<mujoco model='finger'><worldbody><body name='palm'><geom size='.05'/><body name='a'>
         <joint name='knuckle' axis='0 1 0'/><geom size='.02'/><body name='b'><joint name='tip' axis='0 1 0'/>
         <geom size='.02'/></body></body></body></worldbody><tendon><fixed name='pull'><joint joint='tip' coef='-0.01'/>
-        <joint joint='knuckle' coef='0.02'/></fixed></tendon></mujoco>""")
+        <joint joint='knuckle' coef='0.02'/></fixed></tendon><actuator><motor tendon='pull'/></actuator></mujoco>""")
     finger = sim.load(file)
     tendons = {name: joint.info.tendon for name, joint in finger.joints.items()}
     assert tendons == {"knuckle": None, "tip": None, "pull": Tendon({"knuckle": 0.02, "tip": -0.01}, 0.0)}
