@@ -29,7 +29,7 @@ export function Guide(): JSX.Element {
       <h3>Load a robot</h3>
       <p>
         Drop its folder, zip or file on the page, or press “Choose a folder” or “Choose a file”: the description (URDF, xacro, SDF or MJCF) with its meshes. The page finds the meshes by the rules of ROS (
-        <code>package://</code> and relative paths), and the load report says what is missing or was repaired. What is dropped has a fixed base; <code>simctl</code> has all options.
+        <code>package://</code> and relative paths), and the load report says what is missing or was repaired. The base of a robot is free unless its description or the sheet fixes it.
       </p>
       <Command text={loadCommand(to)} />
       <h3>Give it ground</h3>
