@@ -91,7 +91,7 @@ async fn run(name: &str, page: &str) -> Vec<String> {
             !line.starts_with("simd --") && !LEFT_OUT.iter().any(|(beginning, _)| line.starts_with(beginning))
         };
         let lines: Vec<&str> = block.into_iter().filter(is_run).collect();
-        let script = lines.join("\n").replace("127.0.0.1:7400", &daemon.address());
+        let script = lines.join("\n").replace("127.0.0.1:7400", daemon.address());
         write(home.path(), &format!("set -eu\n{script}\n"));
         let said = daemon.shell("HOME=$PWD bash block.sh", home.path()).await;
         let is_done = said.code == 0;
