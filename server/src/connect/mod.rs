@@ -2,6 +2,7 @@
 //! generated code. See <https://connectrpc.com/docs/protocol>.
 //!
 //! * Here: the layer around the services. It turns a request into one of gRPC, and the answer back.
+//! * `arriving`: the bytes of a request, which all clients share.
 //! * `json`: messages as JSON and back, by the compiled schema.
 //! * `frames`: messages of a body of gRPC. `errors`: errors as the protocol writes them.
 //! * `openapi`: the same methods as OpenAPI.
@@ -9,6 +10,7 @@
 //! Below the layer such a call is one of gRPC, so tokens, claims, limits and retries hold. A request is one message:
 //! methods that take a stream of requests are refused.
 
+mod arriving;
 mod errors;
 mod frames;
 mod json;
@@ -135,14 +137,12 @@ impl Call {
         }
         let end = deadline(request.headers())?;
         let (mut parts, body) = request.into_parts();
-        let sent = axum::body::to_bytes(body, MAX_REQUEST).await.map_err(|_error| {
-            let sentence =
-                format!("the request has more than {MAX_REQUEST} bytes, or did not arrive whole: use gRPC");
-            Status::resource_exhausted(sentence)
-        })?;
-        let text = if self.is_stream { frames::only(&sent)? } else { sent };
-        let message = json::read(asked, &text)?;
-        drop(text);
+        let (sent, share) = arriving::whole(body).await?;
+        let message = match self.is_stream {
+            true => json::read(asked, &frames::only(&sent)?)?,
+            false => json::read(asked, &sent)?,
+        };
+        drop((sent, share));
         for name in [header::CONTENT_LENGTH, header::CONTENT_ENCODING, header::ACCEPT_ENCODING] {
             parts.headers.remove(name);
         }
