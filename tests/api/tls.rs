@@ -6,6 +6,7 @@ use std::time::Duration;
 use simd_client::access::Role;
 use simd_client::{Client, Error, JointWatch, every_joint};
 use simd_server::config::TlsFiles;
+use simd_tests::network;
 use simd_tests::process::soon;
 use tempfile::TempDir;
 
@@ -187,6 +188,9 @@ fn with_certificate(guarded: &crate::security::Guarded) -> simd_client::ConnectO
 /// Zenoh itself reports that each of them has expired.
 #[tokio::test(flavor = "multi_thread")]
 async fn faults_of_certificates_are_reported_over_zenoh_too() {
+    if !network::has_one_thread("tls::faults_of_certificates_are_reported_over_zenoh_too") {
+        return;
+    }
     let sealed = async |asks: bool| {
         guarded(move |config, folder| {
             let files = certificates(folder);

@@ -165,6 +165,11 @@ impl Certificates {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_router_knows_sessions_by_their_certificates_and_one_that_is_in_no_list_does_nothing() {
     const TLS: &str = "transport/link/tls";
+    const NAME: &str =
+        "zenoh_acl::a_router_knows_sessions_by_their_certificates_and_one_that_is_in_no_list_does_nothing";
+    if !network::has_one_thread(NAME) {
+        return;
+    }
     let certificates = Certificates::of(&["simd", "alice", "bob", "mallory"]);
     let words = ["simd", "zenoh-acl", "--client", "alice", "--viewer", "bob"].map(Into::into);
     let printed = simd_server::zenoh_acl::run(&words).unwrap().unwrap();

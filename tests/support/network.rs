@@ -87,6 +87,28 @@ async fn open(settings: Config) -> Session {
     soon("the session", zenoh::open(settings).into_future()).await.unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// Returns whether Zenoh reads and writes connections on one thread. Otherwise runs the test of this name again, in
+/// a process where it does.
+///
+/// Zenoh uses a connection with TLS from two threads at the same time, which TLS does not allow (eclipse-zenoh/zenoh,
+/// issue 2557). So one test in a hundred lost a connection while it was busy. With one thread a process can wait for
+/// itself when it is flooded, so this is for tests of few calls.
+///
+/// # Panics
+/// Panics if the other process fails: then the test has failed.
+#[allow(clippy::unwrap_used, reason = "the test has failed")]
+pub fn has_one_thread(test: &str) -> bool {
+    const VARIABLE: &str = "ZENOH_RUNTIME";
+    const ONE_THREAD: &str = "(rx:(worker_threads:1),tx:(handover:rx))";
+    if std::env::var_os(VARIABLE).is_some() {
+        return true;
+    }
+    let mut again = std::process::Command::new(std::env::current_exe().unwrap());
+    let ended = again.args([test, "--exact", "--nocapture"]).env(VARIABLE, ONE_THREAD).status().unwrap();
+    assert!(ended.success(), "{ended}");
+    false
+}
+
 /// Carries one connection to a daemon until it is notified, and then nothing, as if the client's machine
 /// sleeps.
 ///
