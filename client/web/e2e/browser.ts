@@ -56,10 +56,17 @@ export class Tab {
     page.on("pageerror", (error) => this.consoleMessages.push(String(error)));
   }
 
-  /** Opens a page and waits until it is drawn. */
-  static async open(context: BrowserContext, url: string): Promise<Tab> {
+  /** Opens a page and waits until its program runs. */
+  static async load(context: BrowserContext, url: string): Promise<Tab> {
     const tab = new Tab(await context.newPage());
     await tab.page.goto(url);
+    await tab.page.waitForFunction(() => window.simd !== undefined);
+    return tab;
+  }
+
+  /** Opens a page and waits until it is drawn. */
+  static async open(context: BrowserContext, url: string): Promise<Tab> {
+    const tab = await Tab.load(context, url);
     await tab.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
     return tab;
   }

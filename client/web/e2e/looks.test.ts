@@ -229,6 +229,16 @@ test("a graphics context that was lost and comes back has the light of the room 
   await tab.picture("context-restored");
 });
 
+test("the picture has the colour of its background before the first state arrives", async () => {
+  const daemon = await use.daemon(Daemon.start(["--paused"]));
+  const context = await use.context(SMALL);
+  // No call is answered.
+  await context.route("**/simd.v1.*/*", () => undefined);
+  const tab = await Tab.load(context, daemon.url);
+  const [middle = 0] = await brightness(tab, [[0, 0, 0]]);
+  expect(middle).toBeGreaterThan(200);
+});
+
 test("the quality is that of the machine until it is chosen, and is kept", async () => {
   const daemon = await use.daemon(Daemon.demo());
   const context = await use.context(SMALL);

@@ -138,6 +138,7 @@ export class Stage {
     this.invalidate();
     // Drawn at once, since the old picture is stretched until the next.
     if (this.pictures > 0) this.draw(performance.now());
+    else this.paintBackground();
   }
 
   dispose(): void {
@@ -248,6 +249,7 @@ export class Stage {
         this.robots.materials.ground.color.set(palette.ground);
         this.grid.paint(palette);
         this.light.paint(palette);
+        this.paintBackground();
         this.invalidate();
       }),
       fitRequest.subscribe(({ robot, count }) => {
@@ -258,6 +260,13 @@ export class Stage {
         this.invalidate();
       }),
     );
+  }
+
+  /** Shows the background alone until the first state can be drawn. */
+  private paintBackground(): void {
+    if (this.pictures > 0) return;
+    this.renderer.setClearColor(PALETTES[shownTheme.peek()].background);
+    this.renderer.clear();
   }
 
   /** Shows views from the sides, whose code is loaded on first use, or hides them. */
