@@ -159,6 +159,12 @@ impl Locator {
         named.into_iter().chain(others).next().map(|folder| folder.path)
     }
 
+    /// Returns whether a folder is known to be this package, by its name, its manifest or the map.
+    pub fn knows_package(&self, name: &str) -> bool {
+        let ancestors = package::ancestors(&self.folder, self.root.as_deref());
+        self.folders_of(&ancestors, name).iter().any(|folder| folder.is_named && folder.path.is_dir())
+    }
+
     /// Returns the file. Also returns the folder in which it was found, if `uri` names another one or none.
     fn search(&self, uri: &str, kind: Kind) -> Result<(PathBuf, Option<PathBuf>), NotFound> {
         let not_found = |why, places| NotFound { uri: uri.to_owned(), why, places };

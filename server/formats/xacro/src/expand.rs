@@ -33,6 +33,8 @@ pub(crate) struct Expansion<'l> {
     pub(crate) scopes: Scopes,
     pub(crate) expression_depth: usize,
     files: Vec<PathBuf>,
+    /// Indices of the files that are being expanded, the innermost last.
+    open_files: Vec<usize>,
     namespaces: Namespaces,
     messages: Vec<String>,
     /// Index of the file that is expanded.
@@ -64,6 +66,7 @@ impl<'l> Expansion<'l> {
             scopes: Scopes::new(),
             expression_depth: 0,
             files: Vec::new(),
+            open_files: vec![0],
             namespaces: Namespaces::new(),
             messages: Vec::new(),
             file: 0,
@@ -211,7 +214,11 @@ impl<'l> Expansion<'l> {
     fn element(&mut self, element: &Rc<Element>, depth: usize, body: &mut Body) -> Result<(), Error> {
         self.step(1).map_err(|fault| self.at(element, fault))?;
         if depth > limits::DEPTH {
-            let message = format!("elements, macros and includes are nested deeper than {}", limits::DEPTH);
+            let mut message =
+                format!("elements, macros and includes are nested deeper than {}", limits::DEPTH);
+            if self.open_files.iter().filter(|file| **file == self.file).count() > 1 {
+                message += ": this file includes itself";
+            }
             return Err(self.at(element, message));
         }
         if !element.is_xacro {

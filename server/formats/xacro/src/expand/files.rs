@@ -25,6 +25,10 @@ impl Expansion<'_> {
         };
         let optional = element.attribute("optional").is_some_and(|word| Value::literal(word).truth());
         let name = self.required(element, "filename").map_err(|fault| self.at(element, fault))?;
+        if name.is_empty() && !optional {
+            let written = element.attribute("filename").unwrap_or_default();
+            return Err(self.at(element, format!("the name of the file is empty, in {}", shown(written))));
+        }
         let outer = namespace.filter(|name| !name.is_empty()).map(|name| self.scopes.begin_namespace(&name));
         if name.contains(['*', '[', '?']) {
             let names = self.matching(&name).map_err(|fault| self.at(element, fault))?;
@@ -64,10 +68,20 @@ impl Expansion<'_> {
                 self.files.len() - 1
             }
         };
+        // A missing package is looked for in the folder of the file, which then includes itself.
+        let package = name.strip_prefix("package://").and_then(|rest| rest.split('/').next());
+        if let Some(package) = package
+            && self.open_files.contains(&file)
+            && !self.locator.knows_package(package)
+        {
+            return Err(self.at(element, format!("the package {} is not found", shown(package))));
+        }
         let root = self.parse(&text, file)?;
         let outer = (self.file, self.including);
         (self.file, self.including) = (file, file);
+        self.open_files.push(file);
         self.content(&root, depth, body)?;
+        self.open_files.pop();
         (self.file, self.including) = outer;
         Ok(())
     }
@@ -139,6 +153,9 @@ impl Expansion<'_> {
         self.readings += 1;
         if self.readings > limits::FILES {
             return Err(format!("more than {} files are read", limits::FILES));
+        }
+        if name.is_empty() {
+            return Err("the name of the file is empty".to_owned());
         }
         let path = self.find(&path(name.to_owned()))?;
         let text = read(&path, most)?;

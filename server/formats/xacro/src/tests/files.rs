@@ -69,7 +69,29 @@ fn nothing_is_read_outside_of_packages_and_of_other_kinds_of_files() {
 #[test]
 fn a_file_that_includes_itself_is_refused() {
     let dir = package(&[("urdf/a.xacro", &robot("<xacro:include filename=\"a.xacro\"/>"))]);
-    assert!(expand_in(&dir, "urdf/a.xacro").unwrap_err().to_string().contains("nested deeper than 150"));
+    let refused = expand_in(&dir, "urdf/a.xacro").unwrap_err().to_string();
+    assert!(refused.contains("nested deeper than 150: this file includes itself"), "{refused}");
+}
+
+#[test]
+fn a_missing_package_or_an_empty_name_is_the_fault_that_is_named() {
+    let include = |name: &str| {
+        robot(&format!("<xacro:arg name='config' default=''/>\n<xacro:include filename=\"{name}\"/>"))
+    };
+    let dir = package(&[
+        ("package.xml", "<package><name>arm</name></package>"),
+        ("urdf/a.xacro", &include("$(find other)/urdf/a.xacro")),
+        ("urdf/b.xacro", &include("$(arg config)")),
+        ("urdf/c.xacro", &robot("<x y=\"${xacro.load_yaml('')['a']}\"/>")),
+    ]);
+    for (file, fault) in [
+        ("urdf/a.xacro", "the package \"other\" is not found"),
+        ("urdf/b.xacro", "the name of the file is empty, in \"$(arg config)\""),
+        ("urdf/c.xacro", "the name of the file is empty, in ${"),
+    ] {
+        let refused = expand_in(&dir, file).unwrap_err().to_string();
+        assert!(refused.contains(fault), "{refused}");
+    }
 }
 
 #[test]
