@@ -56,6 +56,19 @@ def test_a_mesh_that_is_not_found_is_a_warning_that_says_where_it_was_looked_for
         sim.load(package, strict=True)
 
 
+def test_a_file_with_several_robots_is_validated_whole_or_one_robot_at_a_time(
+    sim: Simulation, tmp_path: Path
+) -> None:
+    world = tmp_path / "world.sdf"
+    models = "".join(f'<model name="{name}"><link name="body"/></model>' for name in ("left", "right"))
+    world.write_text(f'<sdf version="1.9"><world name="w">{models}</world></sdf>')
+    assert sim.validate(world).summary.count("1 link") == 2
+    assert sim.validate(world, model="right").summary.startswith("right: 1 link")
+    absent = sim.validate(world, model="middle").summary
+    assert '"middle"' in absent and '"left", "right"' in absent
+    assert sim.robots == {}
+
+
 def test_a_file_that_changes_while_it_is_sent_is_refused(sim: Simulation, tmp_path: Path) -> None:
     from simd_client.blocking.upload import send_file
 

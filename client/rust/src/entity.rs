@@ -98,7 +98,8 @@ impl Client {
         })
     }
 
-    /// Reads a description as a spawn would, and only reports.
+    /// Reads a description as a spawn would, and only reports. `model` names one robot of several; empty means
+    /// all.
     ///
     /// # Errors
     /// As [`spawn`](Self::spawn); the report has the faults of the description.
@@ -106,8 +107,9 @@ impl Client {
         &self,
         source: DescriptionSource,
         scale: Option<f64>,
+        model: &str,
     ) -> Result<ValidateDescriptionResponse, Error> {
-        let request = ValidateDescriptionRequest { source: Some(source), scale };
+        let request = ValidateDescriptionRequest { source: Some(source), scale, model: model.to_owned() };
         self.unary_while_alive(self.entity().validate_description(request)).await
     }
 

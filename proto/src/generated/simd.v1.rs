@@ -274,14 +274,21 @@ pub struct ValidateDescriptionRequest {
     /// Factor on lengths; see SpawnEntityRequest.
     #[prost(double, optional, tag = "2")]
     pub scale: ::core::option::Option<f64>,
+    /// Name of one robot of an SDF or MJCF with several; empty means all.
+    #[prost(string, tag = "3")]
+    pub model: ::prost::alloc::string::String,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct ValidateDescriptionResponse {
+    /// Findings of all robots; those of the whole file come first.
     #[prost(message, optional, tag = "1")]
     pub report: ::core::option::Option<LoadReport>,
-    /// Absent if the description would be refused.
+    /// The only robot. Absent if the description would be refused, or has several robots.
     #[prost(message, optional, tag = "2")]
     pub entity: ::core::option::Option<EntityInfo>,
+    /// All robots, in the order of the description; empty if it would be refused.
+    #[prost(message, repeated, tag = "3")]
+    pub entities: ::prost::alloc::vec::Vec<EntityInfo>,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SpawnEntityRequest {

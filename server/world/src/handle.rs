@@ -91,7 +91,9 @@ pub use crate::driver::{
     Statistics, Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
-pub use crate::loading::{AssetState, ExpandedXacro, FilePart, Prepared, Source, Validated, XacroFiles};
+pub use crate::loading::{
+    AssetState, ExpandedXacro, FilePart, Prepared, Source, Validated, ValidatedRobot, XacroFiles,
+};
 pub use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingState};
 pub use crate::run_state::RunState;
 

@@ -41,7 +41,7 @@ pub use progress::{Phase, Progress};
 pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, Which};
 pub(crate) use report::summary;
 pub(crate) use saved_states::Files;
-pub use source::{AssetState, FilePart, Prepared, Source, Validated};
+pub use source::{AssetState, FilePart, Prepared, Source, Validated, ValidatedRobot};
 pub use xacro::{ExpandedXacro, XacroFiles};
 
 use crate::blocking_threads::BlockingThreads;

@@ -22,7 +22,7 @@ use crate::convert::from_proto::{entity as from_proto, xacro};
 use crate::convert::to_proto::contact::{collision_filter, link_properties};
 use crate::convert::to_proto::{self, stamp};
 use simd_world::SimHandle;
-use simd_world::handle::{CallError, Done, ExpandedXacro, Loaded, Published, Reloaded};
+use simd_world::handle::{CallError, Done, ExpandedXacro, Loaded, Published, Reloaded, Validated};
 use simd_world::loading::Progress;
 
 /// Maximum number of triangles of a collider that is sent as text, which is written for each requested
@@ -134,18 +134,16 @@ impl EntityService for Service {
         let request = request.into_inner();
         let source = from_proto::source(&Path::ROOT.field("source"), request.source)?;
         let scale = request.scale.unwrap_or(1.0);
-        let (report, summary, entity) = match handle.validate(source, scale).await {
-            Ok(validated) => {
-                let entity =
-                    validated.model.map(|model| to_proto::entity::described(&model, validated.description));
-                (validated.report, validated.summary, entity)
-            }
+        let (report, summary, robots) = match handle.validate(source, scale, &request.model).await {
+            Ok(Validated { report, summary, robots }) => (report, summary, robots),
             // The report is the answer, and it ends with the reason.
-            Err(CallError::InvalidDescription { message, report }) => (*report, message, None),
+            Err(CallError::InvalidDescription { message, report }) => (*report, message, Vec::new()),
             Err(error) => return Err(error).or_status(),
         };
         let report = Some(to_proto::entity::report(report, summary));
-        Ok(Response::new(v1::ValidateDescriptionResponse { report, entity }))
+        let entities: Vec<_> = robots.iter().map(to_proto::entity::described).collect();
+        let entity = <[_; 1]>::try_from(entities.clone()).ok().map(|[only]| only);
+        Ok(Response::new(v1::ValidateDescriptionResponse { report, entity, entities }))
     }
 
     async fn spawn_entity(

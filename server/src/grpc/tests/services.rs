@@ -192,7 +192,7 @@ async fn a_description_that_would_be_refused_validates_with_a_report() {
         source: Some(v1::description_source::Source::Urdf(urdf)),
         ..Default::default()
     };
-    let request = v1::ValidateDescriptionRequest { source: Some(source.clone()), scale: None };
+    let request = v1::ValidateDescriptionRequest { source: Some(source.clone()), ..Default::default() };
     let answer = daemon.entities().validate_description(request).await.unwrap().into_inner();
     assert_eq!(answer.entity, None);
     let findings = answer.report.unwrap().findings;

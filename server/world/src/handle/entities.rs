@@ -123,8 +123,8 @@ impl SimHandle {
     ///
     /// # Errors
     /// Returns an error if its bytes are not available.
-    pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        self.loader().validate(&self.call.account, source, scale).await
+    pub async fn validate(&self, source: Source, scale: f64, model: &str) -> Result<Validated, CallError> {
+        self.loader().validate(&self.call.account, source, scale, model).await
     }
 
     /// Spawns a robot.

@@ -76,8 +76,17 @@ pub struct Validated {
     pub report: LoadReport,
     /// Summary of the report in one line.
     pub summary: String,
-    /// Model; `None` if a spawn would be refused.
-    pub model: Option<Arc<RobotModel>>,
+    /// Robots, in the order of the description; empty if a spawn would be refused.
+    pub robots: Vec<ValidatedRobot>,
+}
+
+/// A robot of a description that was read, but not spawned.
+#[derive(Clone, Debug)]
+pub struct ValidatedRobot {
+    /// Model.
+    pub model: Arc<RobotModel>,
+    /// Whether its root link is fixed unless a spawn says otherwise.
+    pub fixed: bool,
     /// Hash of the URDF.
     pub description: Sha256,
 }

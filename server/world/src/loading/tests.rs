@@ -165,14 +165,14 @@ async fn descriptions_without_a_robot_are_refused_and_validation_says_why() {
     let garbage = || inline("<robot".into());
     let refused = handle.spawn(request(garbage())).await.unwrap_err();
     assert!(matches!(refused, CallError::InvalidDescription { .. }), "{refused}");
-    let validated = handle.validate(garbage(), 1.0).await.unwrap();
-    assert!(validated.model.is_none() && validated.summary.starts_with("refused: "));
+    let validated = handle.validate(garbage(), 1.0, "").await.unwrap();
+    assert!(validated.robots.is_empty() && validated.summary.starts_with("refused: "));
     assert!(!validated.report.findings.is_empty());
-    let validated = handle.validate(inline(urdf("arm", &["a", "b"])), 1.0).await.unwrap();
+    let validated = handle.validate(inline(urdf("arm", &["a", "b"])), 1.0, "").await.unwrap();
     assert_eq!(validated.summary, "arm: 3 links, 2 moving joints; 1 warning");
     assert!(handle.newest().state.world.entities.is_empty());
     for scale in [0.0, -1.0, f64::NAN, 1001.0] {
-        let refused = handle.validate(garbage(), scale).await.unwrap_err();
+        let refused = handle.validate(garbage(), scale, "").await.unwrap_err();
         assert!(matches!(refused, CallError::InvalidValue { .. }), "{scale}");
     }
 }

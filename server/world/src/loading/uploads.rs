@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use simd_core::collision::MeshShapes;
+use simd_core::simulation::command::Spawn;
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::setup::NamedState;
-use simd_model::{Asset, Assets, RobotModel, Srdf, wire_name};
+use simd_model::{Asset, Assets, LoadReport, RobotModel, Srdf, wire_name};
 use tokio::time::Instant;
 
 use super::Loader;
@@ -15,7 +16,7 @@ use super::partial;
 use super::progress::Reporter;
 use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Used, Which};
 use super::report::summary;
-use super::source::{AssetState, FilePart, Prepared, Source, Validated};
+use super::source::{AssetState, FilePart, Prepared, Source, Validated, ValidatedRobot};
 use crate::account::Account;
 use crate::call_error::CallError;
 
@@ -125,7 +126,7 @@ impl Loader {
         self.lock().partials.under_way()
     }
 
-    /// Reads a description like a spawn, but only returns the report.
+    /// Reads a description like a spawn, but only returns the report. An empty `model` means all robots.
     ///
     /// # Errors
     /// Returns an error if its bytes are not available.
@@ -134,23 +135,30 @@ impl Loader {
         account: &Account,
         source: Source,
         scale: f64,
+        model: &str,
     ) -> Result<Validated, CallError> {
         let options = self.load_options(scale, false, MeshShapes::default(), None);
-        let which = Which::One(String::new());
-        let mut readings = self.read(account, &source.into(), which, options, Reporter::default()).await?;
-        let reading = readings.pop().ok_or_else(nothing_read)?;
-        let description = reading.used.description;
-        Ok(match reading.outcome {
-            Ok(LoadedRobot { model, report, .. }) => {
-                Validated { summary: summary(&model, &report), report, model: Some(model), description }
+        let which = if model.is_empty() { Which::All } else { Which::One(model.to_owned()) };
+        let readings = self.read(account, &source.into(), which, options, Reporter::default()).await?;
+        let mut findings = Vec::new();
+        let mut summaries = Vec::with_capacity(readings.len());
+        let mut robots = Vec::with_capacity(readings.len());
+        for Reading { used, outcome } in readings {
+            match outcome {
+                Ok(LoadedRobot { model, report, placement, .. }) => {
+                    summaries.push(summary(&model, &report));
+                    findings.extend(report.findings);
+                    let fixed = Spawn::is_base_fixed(&model, placement.map(|placement| placement.fixed));
+                    robots.push(ValidatedRobot { model, fixed, description: used.description });
+                }
+                Err(refused) => {
+                    let summary = format!("refused: {refused}");
+                    findings.extend(refused.report.findings);
+                    return Ok(Validated { report: LoadReport { findings }, summary, robots: Vec::new() });
+                }
             }
-            Err(refused) => Validated {
-                summary: format!("refused: {refused}"),
-                report: refused.report,
-                model: None,
-                description,
-            },
-        })
+        }
+        Ok(Validated { report: LoadReport { findings }, summary: summaries.join("; "), robots })
     }
 
     /// Returns a file that was uploaded or that a robot uses.

@@ -153,13 +153,17 @@ class Loading(Connection):
         self,
         path: AnyPath,
         *,
+        model: str = "",
         scale: float | None = None,
         packages: Packages | None = None,
         xacro_arguments: Arguments | None = None,
     ) -> LoadReport:
-        """Reads a robot on this disk as `load` does, without spawning it. Returns the report."""
+        """Reads a file on this disk as `load` does, without spawning a robot. Returns the report.
+
+        `model` names one robot of an SDF or MJCF with several; empty means all of them.
+        """
         source = await upload(self, path, packages, xacro_arguments)
-        request = proto.ValidateDescriptionRequest(source=source, scale=scale)
+        request = proto.ValidateDescriptionRequest(source=source, scale=scale, model=model)
         answer = await self.call_until_silent(methods.ValidateDescription, request)
         return report_from_proto(answer.report)
 

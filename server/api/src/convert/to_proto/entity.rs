@@ -8,7 +8,7 @@ use simd_proto::v1;
 
 use super::geometry::{self, vector};
 use super::simulation::count;
-use simd_world::handle::{AssetState, Prepared};
+use simd_world::handle::{AssetState, Prepared, ValidatedRobot};
 use simd_world::loading::{Phase, Progress};
 
 /// Converts a robot in the world. `description` is the digest of its URDF.
@@ -30,9 +30,9 @@ pub fn entity_info(
 }
 
 /// Converts a robot that is not in the world, with its own name and its own base.
-pub fn described(model: &RobotModel, description: Sha256) -> v1::EntityInfo {
-    let fixed = model.links.first().is_some_and(|root| root.name == "world");
-    let base = if fixed { v1::Base::Fixed } else { v1::Base::Free };
+pub fn described(robot: &ValidatedRobot) -> v1::EntityInfo {
+    let ValidatedRobot { model, fixed, description } = robot;
+    let base = if *fixed { v1::Base::Fixed } else { v1::Base::Free };
     v1::EntityInfo {
         name: simd_model::wire_name(&model.name),
         base: base.into(),

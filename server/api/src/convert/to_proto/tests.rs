@@ -1,5 +1,7 @@
 //! Answers, compared with the world they describe.
 
+use std::sync::Arc;
+
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::published_state::{Flags, Mode};
 use simd_model::robot::Sha256;
@@ -10,7 +12,7 @@ use super::{entity, geometry, joint, scene, simulation, stamp};
 use crate::convert::field::Path;
 use crate::convert::from_proto;
 use crate::convert::test_world::{model, publish, simulation as world};
-use simd_world::handle::Pace;
+use simd_world::handle::{Pace, ValidatedRobot};
 
 #[test]
 fn a_pose_comes_back_as_it_went() {
@@ -73,7 +75,8 @@ fn an_entity_is_described_link_by_link() {
 
 #[test]
 fn a_model_that_is_not_spawned_has_a_name_fit_for_the_wire_and_no_layout() {
-    let info = entity::described(&model(), Sha256::of(b""));
+    let model = Arc::new(model());
+    let info = entity::described(&ValidatedRobot { model, fixed: false, description: Sha256::of(b"") });
     assert_eq!((info.name.as_str(), info.model.as_str()), ("test_arm", "test arm"));
     assert_eq!((info.layout_version, info.base()), (0, v1::Base::Free));
 }
