@@ -67,6 +67,11 @@ impl Tally {
         self.lock().refused.clone()
     }
 
+    /// Number of calls without an answer.
+    pub(super) fn unanswered(&self) -> u64 {
+        self.lock().unanswered.values().sum()
+    }
+
     /// Something that must never be: a lost command, a panic, the daemon's end.
     pub(super) fn fail(&self, what: String) {
         self.lock().failures.push(what);
