@@ -47,6 +47,7 @@ mod shares;
 mod streams;
 mod tendons;
 mod terrain;
+mod testing;
 mod tls;
 mod tokens;
 mod trajectories;

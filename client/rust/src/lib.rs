@@ -23,6 +23,7 @@
 //! * [`Target`]: a target of a joint.
 //! * [`RobotReading`]: joint states with the names of the joints.
 //! * [`Error`]: the daemon's refusal, or the reason why it did not answer.
+//! * [`testing`]: for tests of robots, waiting in simulated time.
 //! * [`proto`]: the messages themselves.
 
 mod camera;
@@ -48,6 +49,7 @@ mod sensor;
 mod silence;
 mod simulation;
 mod target;
+pub mod testing;
 #[cfg_attr(not(feature = "zenoh"), allow(dead_code))]
 mod tls;
 mod token;
