@@ -8,7 +8,7 @@ use std::{
 
 use simd_client::{Error, printable_lines, proto::ErrorReason};
 
-use crate::output::has_colour;
+use crate::output::{capture, has_colour};
 use crate::{mistakes, typed};
 
 /// Exit code of a local failure.
@@ -48,6 +48,13 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     ExitCode::from(code(error))
 }
 
+/// Returns the sentence of an error and its remedy, for a reader without a terminal.
+#[cfg(feature = "mcp")]
+pub(crate) fn text(error: &anyhow::Error) -> String {
+    let lines = [Some(sentence(error)), remedy(error)];
+    lines.into_iter().flatten().map(|line| printable_lines(&line).to_string()).collect::<Vec<_>>().join("\n")
+}
+
 /// Sentence of an error, with the fields of a request as they were typed.
 fn sentence(error: &anyhow::Error) -> String {
     let sentence = mistakes::plain(&format!("{error:#}"));
@@ -70,6 +77,9 @@ pub(crate) fn hint(sentence: &str) {
 }
 
 fn say(kind: &str, sentence: &str) {
+    if capture(format!("{kind}: {}\n", printable_lines(sentence)).as_bytes()) {
+        return;
+    }
     let mut stderr = io::stderr().lock();
     let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[33m", "\x1b[0m") } else { ("", "") };
     // If stderr is closed, the line cannot be reported.

@@ -9,7 +9,7 @@ use crate::output::Format;
 use crate::quantity;
 
 /// Options of every command.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct Options {
     /// Daemon by its address: host, host:port, http://host:port, unix:PATH, or for Zenoh tcp/host:port[#NAME]
     #[arg(short, long, global = true, value_name = "ADDRESS", help_heading = "Options everywhere")]

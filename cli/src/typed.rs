@@ -3,7 +3,7 @@
 
 use std::any::TypeId;
 use std::ffi::OsString;
-use std::sync::OnceLock;
+use std::sync::{Mutex, PoisonError};
 
 use clap::builder::ValueParser;
 use clap::{Arg, Command, Parser};
@@ -11,7 +11,7 @@ use clap::{Arg, Command, Parser};
 use crate::{mistakes, quantity};
 
 /// Options and values of the present command: the name of a field, and its argument as typed.
-static TYPED: OnceLock<Vec<(String, String)>> = OnceLock::new();
+static TYPED: Mutex<Vec<(String, String)>> = Mutex::new(Vec::new());
 
 /// Parses the arguments, or prints the error and ends the process.
 pub(crate) fn read<A: Parser>() -> A {
@@ -19,6 +19,18 @@ pub(crate) fn read<A: Parser>() -> A {
         Ok(arguments) => arguments,
         Err(error) => refuse::<A>(&error),
     }
+}
+
+/// Parses the arguments of a command, which is the present one from now on.
+///
+/// # Errors
+/// Returns a sentence about a wrong argument.
+#[cfg(feature = "mcp")]
+pub(crate) fn command<A: Parser>(typed: Vec<OsString>) -> Result<A, String> {
+    parse(typed.clone()).map_err(|error| {
+        let text = mistakes::text(&error, &with_rules(A::command()), &typed, &error.to_string());
+        text.trim_start_matches("error: ").to_owned()
+    })
 }
 
 fn parse<A: Parser>(typed: impl IntoIterator<Item = OsString>) -> Result<A, clap::Error> {
@@ -29,8 +41,7 @@ fn parse<A: Parser>(typed: impl IntoIterator<Item = OsString>) -> Result<A, clap
         let Some(next) = of.find_subcommand(name) else { break };
         (of, found) = (next, inner);
     }
-    // Tests may have parsed another line before.
-    let _ = TYPED.set(of.get_arguments().map(names).collect());
+    *TYPED.lock().unwrap_or_else(PoisonError::into_inner) = of.get_arguments().map(names).collect();
     A::from_arg_matches(&matches)
 }
 
@@ -88,11 +99,11 @@ fn refuse<A: Parser>(error: &clap::Error) -> ! {
 
 /// Renames the refused fields in a sentence of the daemon as they were typed.
 pub(crate) fn renamed(sentence: &str, fields: impl IntoIterator<Item = String>) -> String {
-    let typed = TYPED.get().map(Vec::as_slice).unwrap_or_default();
+    let typed = TYPED.lock().unwrap_or_else(PoisonError::into_inner);
     fields
         .into_iter()
         .filter(|field| !field.is_empty())
-        .fold(sentence.to_owned(), |sentence, field| sentence.replace(&field, &typed_name(&field, typed)))
+        .fold(sentence.to_owned(), |sentence, field| sentence.replace(&field, &typed_name(&field, &typed)))
 }
 
 /// Returns the argument of a request's field, by its path: the option or value itself, or its last word as a

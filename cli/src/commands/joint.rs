@@ -8,6 +8,7 @@ mod properties;
 mod reading;
 mod states;
 mod trajectories;
+mod wait;
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
@@ -117,6 +118,10 @@ pub(crate) struct Set {
     /// Refuse a target beyond a limit; otherwise the limit is used
     #[arg(long)]
     refuse_beyond_limits: bool,
+    /// Wait until the joints are at their position targets (0.01 rad, 1 mm) and nearly still, and show them. The
+    /// longest wait is in simulated time
+    #[arg(long, value_name = "SECONDS")]
+    wait: Option<f64>,
 }
 
 #[derive(Args, Debug)]
@@ -166,11 +171,12 @@ fn selection(robot: &str, joints: Vec<String>) -> JointSelection {
 }
 
 async fn set(arguments: Set, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Set { robot, targets, refuse_beyond_limits } = arguments;
+    let Set { robot, targets, refuse_beyond_limits, wait } = arguments;
     let targets = states::resolved(targets, &robot, client).await?;
     let units = targets.iter().filter_map(|target| Some((target.joint.as_str(), target.motion?)));
-    check_units(client, &robot, units).await?;
+    check_units(client, &robot, units.collect()).await?;
     let number = targets.len();
+    let names = targets.iter().map(|target| target.joint.clone()).collect();
     let limit_policy = if refuse_beyond_limits { LimitPolicy::Refuse } else { LimitPolicy::Clamp };
     let joints = targets.into_iter().map(|target| joint_target(target.joint, target.target)).collect();
     let request = SetJointTargetsRequest {
@@ -187,7 +193,12 @@ async fn set(arguments: Set, client: &Client, output: Output) -> anyhow::Result<
             exact(clamped.applied)
         ));
     }
-    let stamp = present(answer.stamp, "stamp")?.into();
+    let stamp = present(answer.stamp, "stamp")?;
+    if let Some(seconds) = wait {
+        let there = wait::until_there(client, &selection(&robot, names), seconds, stamp.sequence).await?;
+        return output.one(&ReadingView::from(there));
+    }
+    let stamp = stamp.into();
     let clamped = answer.clamped.into_iter().map(ClampedView::from).collect();
     output.one(&WasSet { robot, stamp, clamped, number })
 }
@@ -199,7 +210,7 @@ async fn reset(
     output: Output,
 ) -> anyhow::Result<()> {
     let units = placements.iter().filter_map(|placement| Some((placement.joint.as_str(), placement.motion?)));
-    check_units(client, &robot, units).await?;
+    check_units(client, &robot, units.collect()).await?;
     let reset = |placement: Placement| JointReset {
         joint: placement.joint,
         position: placement.position,
@@ -218,13 +229,8 @@ async fn reset(
 
 /// Checks the units: degrees do not fit a sliding joint, nor millimetres a turning one. Without units, the
 /// daemon is not asked.
-async fn check_units(
-    client: &Client,
-    robot: &str,
-    units: impl Iterator<Item = (&str, Motion)>,
-) -> anyhow::Result<()> {
-    let mut units = units.peekable();
-    if units.peek().is_none() {
+async fn check_units(client: &Client, robot: &str, units: Vec<(&str, Motion)>) -> anyhow::Result<()> {
+    if units.is_empty() {
         return Ok(());
     }
     let layout = client.joint_layout(robot).await?;

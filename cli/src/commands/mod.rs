@@ -10,6 +10,8 @@ pub(crate) mod doctor;
 pub(crate) mod event;
 pub(crate) mod joint;
 pub(crate) mod marker;
+#[cfg(feature = "mcp")]
+mod mcp;
 pub(crate) mod parameter;
 pub(crate) mod record;
 pub(crate) mod robot;
@@ -25,6 +27,8 @@ pub(crate) mod top;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
+#[cfg(feature = "mcp")]
+use anyhow::bail;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use simd_client::{Client, Error};
 
@@ -126,6 +130,9 @@ pub(crate) enum Command {
     Token(token::Token),
     /// Shows worlds, robots and clients live
     Top(top::Top),
+    /// Serves tools for an agent over stdin and stdout (Model Context Protocol)
+    #[cfg(feature = "mcp")]
+    Mcp(mcp::Mcp),
     /// Checks an installation, and gives advice
     Doctor(doctor::Doctor),
     /// Prints a completion script, which asks the daemon for names of robots and joints
@@ -143,9 +150,20 @@ pub(crate) enum Command {
 
 /// Runs the command of the arguments.
 pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
-    let options = &arguments.options;
+    let Arguments { options, command } = arguments;
+    match command {
+        #[cfg(feature = "mcp")]
+        Command::Mcp(arguments) => mcp::run(&arguments, options).await,
+        command => perform(command, &options).await,
+    }
+}
+
+/// Runs a command other than `mcp`.
+async fn perform(command: Command, options: &Options) -> anyhow::Result<()> {
     let output = Output::new(options.format());
-    match arguments.command {
+    match command {
+        #[cfg(feature = "mcp")]
+        Command::Mcp(_) => bail!("a tool cannot serve tools"),
         Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
         // Needs no daemon.
         Command::Robot(robot::Robot::Validate(arguments)) => robot::validate::run(&arguments, output),

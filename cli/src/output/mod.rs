@@ -5,6 +5,7 @@ pub(crate) mod number;
 pub(crate) mod table;
 
 use std::{
+    cell::RefCell,
     env,
     io::{self, IsTerminal as _, Write as _},
 };
@@ -96,8 +97,31 @@ impl Output {
     }
 }
 
+tokio::task_local! {
+    static CAPTURED: RefCell<Vec<u8>>;
+}
+
+/// Runs work, and returns the text that it would write to stdout, with its warnings.
+#[cfg(feature = "mcp")]
+pub(crate) async fn captured<T>(work: impl Future<Output = T>) -> (T, String) {
+    let work = async {
+        let result = work.await;
+        (result, CAPTURED.with(RefCell::take))
+    };
+    let (result, bytes) = CAPTURED.scope(RefCell::default(), work).await;
+    (result, String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// Keeps bytes of captured work. Returns whether they are kept.
+pub(crate) fn capture(bytes: &[u8]) -> bool {
+    CAPTURED.try_with(|captured| captured.borrow_mut().extend_from_slice(bytes)).is_ok()
+}
+
 /// Writes at once and as a whole, since the reader may wait for each line.
 pub(crate) fn write_bytes(bytes: &[u8]) -> anyhow::Result<()> {
+    if capture(bytes) {
+        return Ok(());
+    }
     let mut stdout = io::stdout().lock();
     stdout.write_all(bytes)?;
     stdout.flush()?;
